@@ -1,6 +1,8 @@
 """Parts on a cluster: the bytes of one run; a killed worker costs its part, an error is named with its part."""
 
+import gc
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -47,13 +49,26 @@ def test_a_killed_worker_costs_its_part_and_an_error_names_its_own(tmp_path: Pat
     assert not set(ENVIRONMENT) <= set(os.environ)  # of the workers, not of this process
 
 
+@pytest.fixture
+def cluster(request: pytest.FixtureRequest) -> Iterator[str]:
+    """Address of a cluster: two workers that are started, or one that runs, in this process."""
+    distributed = pytest.importorskip("distributed")
+    if request.param == "local:2":
+        yield request.param
+        return
+    threshold = gc.get_threshold()
+    settings = {"processes": False, "protocol": "tcp", "dashboard_address": None, "memory_limit": 0}
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, **settings) as running:
+        yield running.scheduler_address
+    gc.set_threshold(*threshold)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("scheme", ["", "file://"])
+@pytest.mark.parametrize(("scheme", "cluster"), [("", "local:2"), ("file://", "that runs")], indirect=["cluster"])
 def test_a_run_on_a_cluster_is_the_run(
-    scheme: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    scheme: str, cluster: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip
-    """By the command line, on two workers, part of it done before: all pings have the bits of one process."""
-    pytest.importorskip("distributed")
+    """By the command line, on two workers or a running cluster, part of it done before: the bits of one process."""
     monkeypatch.setenv("INSONIFY_SPOOL", str(tmp_path / "spool"))
     scene = nominal(
         targets=[point(0.0, 12.0, 15.0)], track={"window": (0.016, 0.018), "pings": 70},
@@ -63,7 +78,7 @@ def test_a_run_on_a_cluster_is_the_run(
     file, out = tmp_path / "a.yaml", f"{scheme}{tmp_path}/a.zarr"
     file.write_text(to_yaml(scene), encoding="utf-8")
     assert main(["run", str(file), "-o", out, "--pings", "3:7"]) == 0
-    assert main(["run", str(file), "-o", out, "--cluster", "local:2"]) == 0
+    assert main(["run", str(file), "-o", out, "--cluster", cluster]) == 0
     np.testing.assert_array_equal(open_recording(out).pressure, simulate(scene).pressure)
     capsys.readouterr()
     assert main(["run", str(file), "-o", out, "--cluster", "local:2", "--threads", "2"]) == 2
