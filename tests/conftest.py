@@ -34,3 +34,16 @@ def print_progress() -> Iterator[Callable[..., None]]:
         printer = Progress._print
         patched.setattr(Progress, "_print", lambda *_: None)
         yield printer
+
+
+@pytest.fixture(scope="module", autouse=True)
+def layout_of_pictures_alone(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Leave out the layout of figures, half of the time that they take, where no test is about pictures."""
+    if {"plotting", "paper", "demos"} & set(request.path.parts):
+        yield
+        return
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(ConstrainedLayoutEngine, "execute", lambda *_: None)
+        yield
