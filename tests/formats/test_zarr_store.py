@@ -253,10 +253,10 @@ def write(pipe):
         create_recording({path!r}, layout(), SAME, overwrite=True)
         for ping in range(PINGS):
             write_ping({path!r}, ping, sound(ping))
-        os.write(pipe, b"ready")  # more than once, which the pipe holds
+        os.write(pipe, b"ready")  # each time; the pipe holds them
 
 order = random.Random(1)
-for run in range(4):
+for run in range(10):
     ends = os.pipe()
     writer = os.fork()
     if not writer:
@@ -275,7 +275,7 @@ for run in range(4):
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
 def test_killed_at_any_moment_what_the_mask_states_is_there(tmp_path: Path) -> None:
-    """Four runs are killed without warning; the recording is whole, or absent, or begun, never wrong."""
+    """Ten runs are killed without warning; the recording is whole, or absent, or begun, never wrong."""
     path = tmp_path / "a.zarr"
     script = KILLS.format(tests=str(Path(__file__).parent), path=str(path))
     subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
