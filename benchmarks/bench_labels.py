@@ -8,6 +8,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from bench_live import FORWARD_LOOKING
 from bench_sidescan import SCENE as NOMINAL
 from bench_sidescan import loaded
 from bench_wide import imaging
@@ -43,7 +44,7 @@ PINGS = 100
 """Pings of a sidescan."""
 FRAMES = 8
 """Frames of a wide sonar."""
-CASES = ("100 kHz expected", "400 kHz flat", "400 kHz relief", "900 kHz wide")
+CASES = ("100 kHz expected", "400 kHz flat", "400 kHz relief", "750 kHz expected", "900 kHz wide")
 SMALL = {
     "SIDESCAN": SIDESCAN.replace("[0 ms, 80 ms]", "[25 ms, 35 ms]"), "ROUNDS": 1, "PINGS": 2, "FRAMES": 1,
     "CASES": ("400 kHz flat, order 0",),
@@ -68,6 +69,9 @@ def scenes() -> dict[str, tuple[Scenario, range]]:
     for name, relief in (("flat", ""), ("relief", RELIEF)):
         for order in (0, 1, 2):
             made[f"400 kHz {name}, order {order}"] = passing(relief, order), along
+    for order in (0, 1):
+        scene = loaded(FORWARD_LOOKING.replace("max_reflections: 0", f"max_reflections: {order}"))
+        made[f"750 kHz expected frame, order {order}"] = scene, frames
     made |= {f"900 kHz wide, order {order}": (imaging(30, "beams", order), frames) for order in (0, 1)}
     return {name: scene for name, scene in made.items() if name.startswith(CASES)}
 
