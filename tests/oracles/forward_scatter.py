@@ -23,23 +23,24 @@ def energies(height, distance, k, sediment, low, *, beyond, reach=12.0, step=0.0
         reach: Half the side of the plane [m].
         step: Side of a patch [m].
     """
-    waves, spacing = np.geomspace(low, k, 600), 0.3 / k
-    apart = (np.arange(6000) + 0.5) * spacing
+    waves, spacing = np.geomspace(low, k, 300), 0.3 / k
+    apart = (np.arange(3000) + 0.5) * spacing
     density = 2 * np.pi * sediment.spectral_strength * waves ** (1 - sediment.spectral_exponent)
     correlation = np.trapezoid(density * j0(np.outer(apart, waves)), waves, axis=1)
     variance = np.trapezoid(density, waves)
     down, across = np.linspace(0.02, 2, 100) * k, np.concatenate([np.linspace(0, 60, 240, False),
                                                                   np.linspace(60, 2 * k, 400)])  # fmt: skip
     kernel = j0(np.outer(across, apart)) * apart * spacing * np.exp(-((2.7 * apart / apart[-1]) ** 2))
-    table = [kernel @ (np.exp(-q * q * (variance - correlation)) - np.exp(-q * q * variance)) for q in down]
-    transform = RegularGridInterpolator((down, across), 2 * np.pi * np.array(table), bounds_error=False, fill_value=0.0)
-    x, y = distance / 2 + np.arange(-reach, reach, step), np.arange(-reach, reach, step)[:, None]
+    square = down[:, None] ** 2
+    table = 2 * np.pi * (np.exp(-square * (variance - correlation)) - np.exp(-square * variance)) @ kernel.T
+    transform = RegularGridInterpolator((down, across), table, bounds_error=False, fill_value=0.0)
+    x, y = distance / 2 + np.arange(-reach, reach, step), np.arange(step / 2, reach, step)[:, None]  # half the plane
     one, other = (np.sqrt((x - end) ** 2 + y**2 + height**2) for end in (0.0, distance))
     vertical = k * height * (1 / one + 1 / other)
     level = k * np.hypot(x / one + (x - distance) / other, y / one + y / other)
     section = (level**2 + vertical**2) ** 2 / (4 * np.pi * vertical) ** 2 * transform(np.stack([vertical, level], -1))
     length = np.hypot(distance, 2 * height)
-    patches = section / (one * other) ** 2 * (step * length) ** 2
+    patches = 2 * section / (one * other) ** 2 * (step * length) ** 2
     lobe = level < beyond * k
     return np.exp(-((4 * k * height / length) ** 2) * variance), patches[lobe].sum(), patches[~lobe].sum()
 
@@ -57,9 +58,9 @@ def ring_energies(k, phase, sediment, low, edges):
     Returns:
         Energies, shape (n,), and the energy of the coherent reflection re all that is reflected.
     """
-    waves, apart = np.geomspace(low, k, 2000), (np.arange(10_000) + 0.5) * 0.3 / k
+    waves, apart = np.geomspace(low, k, 600), (np.arange(5000) + 0.5) * 0.3 / k
     density = 2 * np.pi * sediment.spectral_strength * waves ** (1 - sediment.spectral_exponent)
-    less = phase**2 * np.array([np.trapezoid(density * (1 - j0(waves * one)), waves) for one in apart])
+    less = phase**2 * np.trapezoid(density * (1 - j0(np.outer(apart, waves))), waves, axis=1)
     coherent = np.exp(-(phase**2) * np.trapezoid(density, waves))
     incoherent = (np.exp(-less) - coherent) * np.exp(-((2.7 * apart / apart[-1]) ** 2))
     return np.diff([np.sum(incoherent * edge * j1(edge * k * apart)) for edge in edges]), coherent

@@ -47,7 +47,7 @@ def albedo(law: ScatteringLaw, grazing_in: ArrayLike, *, points: int = 64, beyon
 
 def _albedo_at(law: ScatteringLaw, grazing: float, points: int, beyond: float) -> float:
     # Polar coordinates around the specular direction, the radius in equal ratios: the peak there may be very narrow.
-    nodes, weights = np.polynomial.legendre.leggauss(points)
+    nodes, weights = _gauss_legendre(points)
     around, around_weight = 0.5 * np.pi * (nodes + 1)[:, None], np.pi * weights[:, None]  # twice: both sides
     cosine = np.cos(grazing)
     rim = -cosine * np.cos(around) + np.sqrt(1 - (cosine * np.sin(around)) ** 2)
@@ -57,6 +57,12 @@ def _albedo_at(law: ScatteringLaw, grazing: float, points: int, beyond: float) -
     sine = np.sqrt(np.maximum(1 - x**2 - y**2, 1e-12))
     sigma = law.cross_section(np.asarray(grazing), np.arcsin(np.minimum(sine, 1)), np.arctan2(y, x))
     return float(np.sum(sigma / sine * radius**2 * 0.5 * span * weights * around_weight) / np.sin(grazing))
+
+
+@lru_cache(maxsize=8)
+def _gauss_legendre(points: int) -> tuple[Floats, Floats]:
+    """Nodes and weights of a Gauss-Legendre quadrature from -1 to 1, which take as long as an albedo."""
+    return np.polynomial.legendre.leggauss(points)
 
 
 def albedo_cap_nodes(law: ScatteringLaw) -> NDArray[np.float64]:

@@ -88,12 +88,11 @@ class Tracer:
         if not quadrature:
             raise ValueError("the tracer has no phases: write field: incoherent, or paths.engine: eigenrays")
         ping = self.ping(ping_geometry)
-        traced = [ping]
-        if not ping_geometry.is_monostatic and (
-            (self.scene.occluders and is_followed(ping, "T")) or ping.facets is not None
-        ):
-            traced.append(self._exchanged_ping(ping))
-        rays = [partial(self._trace, traced_ping, part) for traced_ping in traced for part in range(PARTS)]
+        is_moving, passes_faces = ping.facets is not None, bool(self.scene.occluders) and is_followed(ping, "T")
+        both_ways = not ping_geometry.is_monostatic and (is_moving or passes_faces)
+        exchanged = self._exchanged_ping(ping) if is_moving or both_ways else ping
+        traced = [(ping, exchanged), (exchanged, ping)][: 1 + both_ways]
+        rays = [partial(self._trace, *ends, part) for ends in traced for part in range(PARTS)]
         return [*rays, partial(self._exact_paths, ping)]
 
     def exact_paths(self, ping_geometry: PingGeometry) -> list[EchoEnergies]:
@@ -151,18 +150,17 @@ class Tracer:
         beams = ping.receive_beams, ping.transmit_beams
         return ping.exchanged(self._launch_sampler(ping.ping_geometry, ping.receive, *beams, ping.laws))
 
-    def _trace(self, ping: TracedPing, part: int) -> list[EchoEnergies]:
-        """Echoes of one part of the rays."""
-        vertices, energies = self._surface_vertices(ping, part), list[EchoEnergies]()
+    def _trace(self, ping: TracedPing, exchanged: TracedPing, part: int) -> list[EchoEnergies]:
+        """Echoes of one part of the rays; rays of the ping with both ends exchanged find points of a moving surface."""
+        vertices, energies = self._surface_vertices(exchanged, part), list[EchoEnergies]()
         for hits in trace_hits(ping, self._rays(ping, part, self.seed)):
             energies += [*echoes(ping, hits, vertices), *facet_boundary_echoes(ping, hits)]
         return energies
 
-    def _surface_vertices(self, ping: TracedPing, part: int) -> list[SurfaceVertices]:
+    def _surface_vertices(self, exchanged: TracedPing, part: int) -> list[SurfaceVertices]:
         """Points of a moving surface that one part of the rays from the receiver reaches."""
-        if ping.facets is None:
+        if exchanged.facets is None:
             return []
-        exchanged = self._exchanged_ping(ping)
         rays = self._rays(exchanged, part, self.seed + 1)
         # one part of the rays stands for all of them
         return surface_vertices(exchanged, replace(rays, solid_angle=PARTS * rays.solid_angle), self.seed)

@@ -129,10 +129,11 @@ class FacetSurface:
         row = np.clip(row * (NODES - 1), 0.0, NODES - 1.000001)
         cells = np.clip((slope / MAX_SLOPE + 1) * CELLS / 2, 0.0, CELLS - 1.000001)
         (k, i, j), total = (index.astype(np.int64) for index in (row, *cells.T)), np.zeros(len(row))
-        r, u, v = row - k, cells[:, 0] - i, cells[:, 1] - j
+        r, u, v, flat = row - k, cells[:, 0] - i, cells[:, 1] - j, tables.ravel()
+        first = (k * CELLS + i) * CELLS + j
         for a, b, c in np.ndindex(2, 2, 2):
             weight = (r if a else 1 - r) * (u if b else 1 - u) * (v if c else 1 - v)
-            total += weight * tables[k + a, i + b, j + c]
+            total += weight * flat.take(first + ((a * CELLS + b) * CELLS + c))
         return np.where(np.abs(slope).max(axis=1) < MAX_SLOPE * (1 - 2 / CELLS), total, 0.0)
 
 
@@ -179,17 +180,18 @@ def _slope_density(waves: WindWaves, phase_per_height: float) -> Floats:
         np.interp(longer_variance, waves.variance, moment) for moment in waves.slope_moments[:2]
     )
     quantum_density = _quantum_slope_density(waves, phase_per_height, longer_variance)
-    frequency = 2 * np.pi * np.fft.fftfreq(CELLS, step)
-    normal_spectrum = np.exp(-0.5 * (along_variance * frequency[:, None] ** 2 + across_variance * frequency**2))
-    spectrum = normal_spectrum * np.exp(min(mean_quanta, MAX_SINGLE_QUANTA) * (np.fft.fft2(quantum_density).real - 1))
+    along, across = (2 * np.pi * grid(CELLS, step) for grid in (np.fft.fftfreq, np.fft.rfftfreq))
+    normal_spectrum = np.exp(-0.5 * (along_variance * along[:, None] ** 2 + across_variance * across**2))
+    # the real part is that of slopes of either sign, which are equally likely
+    spectrum = normal_spectrum * np.exp(min(mean_quanta, MAX_SINGLE_QUANTA) * (np.fft.rfft2(quantum_density).real - 1))
     if mean_quanta <= MAX_SINGLE_QUANTA:
         spectrum = (spectrum - math.exp(-mean_quanta)) / -math.expm1(-mean_quanta)
-    density = np.fft.fftshift(np.fft.ifft2(spectrum).real) / step**2
+    density = np.fft.fftshift(np.fft.irfft2(spectrum, (CELLS, CELLS))) / step**2
     return np.maximum(density, 0.0)
 
 
 def _quantum_slope_density(waves: WindWaves, phase_per_height: float, longer_variance: float) -> Floats:
-    """Probability of slopes that a quantum adds, of waves beyond a variance [m^2], (CELLS, CELLS); slope 0 first."""
+    """Probability of slopes up to sign that a quantum of waves beyond a variance [m^2] adds; slope 0 first."""
     wavenumber = np.sqrt(waves.wavenumber[1:] * waves.wavenumber[:-1])
     variance_step = np.diff(np.maximum(waves.variance, longer_variance))
     direction_quantiles = waves.direction_quantiles
@@ -202,11 +204,10 @@ def _quantum_slope_density(waves: WindWaves, phase_per_height: float, longer_var
     slope = (wavenumber / phase_per_height)[:, None] * np.array([np.cos(direction), np.sin(direction)])
     density = np.zeros(CELLS * CELLS)
     limit = MAX_SLOPE * (1 - 2 / CELLS)
-    for sign in (1, -1):
-        x, y = (np.clip(sign * slope_axis.ravel(), -limit, limit) * CELLS / (2 * MAX_SLOPE) for slope_axis in slope)
-        i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
-        u, v = x - i, y - j
-        for a, b in np.ndindex(2, 2):
-            cell = (i + a) % CELLS * CELLS + (j + b) % CELLS
-            density += np.bincount(cell, weight / 2 * (u if a else 1 - u) * (v if b else 1 - v), CELLS * CELLS)
+    x, y = (np.clip(slope_axis.ravel(), -limit, limit) * CELLS / (2 * MAX_SLOPE) for slope_axis in slope)
+    i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+    u, v = x - i, y - j
+    for a, b in np.ndindex(2, 2):
+        cell = (i + a) % CELLS * CELLS + (j + b) % CELLS
+        density += np.bincount(cell, weight * (u if a else 1 - u) * (v if b else 1 - v), CELLS * CELLS)
     return density.reshape(CELLS, CELLS)
