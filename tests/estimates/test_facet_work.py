@@ -46,10 +46,10 @@ def test_facets_are_counted_as_a_ping_splits_them():
 
 
 PIECES_PER_TILE = [
-    {"shape": "sphere", "position": (0, 20), "diameter": 2},
+    {"shape": "sphere", "position": (0, 20), "diameter": 1},
     {"shape": "sphere", "position": (0, 8), "diameter": 0.5, "burial": 0.4},
     {"shape": "cone", "position": (0, 8), "diameter": 0.6, "height": 0.5, "burial": 0.2},
-    {"shape": "cylinder", "position": (0, 9), "diameter": 0.5, "length": 8},
+    {"shape": "cylinder", "position": (0, 9), "diameter": 0.25, "length": 4},
     {"shape": "rock", "position": (0, 9), "size": (0.3, 0.3, 0.3)},
 ]
 

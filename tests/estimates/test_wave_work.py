@@ -24,7 +24,7 @@ def test_the_work_of_waves_follows_searches_and_bounce_points(monkeypatch, wind_
     Near scatterers, above which the surface is steep to few rays, take less.
     """
     scenario = nominal(
-        surface={"reflection": "explicit", "wind_speed": wind_speed}, sonar=WIDE,
+        surface={"reflection": "explicit", "wind_speed": wind_speed}, line={"length": 0.06},
         track={"window": (0.8 * reach, reach)},
         paths={"max_reflections": 1, "contributions": ["seabed"], "scatterers_per_cell": 0.3},
     )  # fmt: skip

@@ -14,7 +14,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.sonar.pulse import envelope
 from insonify.sonar.receiver import response
 
-SPEED, CARRIER = 1500.0, 100e3
+SPEED, CARRIER, FEW = 1500.0, 100e3, 100
 Path = Callable[[np.ndarray], np.ndarray]
 """Place [m], shape (n, 3), at times after the start of the ping [s], shape (n,)."""
 
@@ -27,17 +27,26 @@ def mirrored(place: np.ndarray, family: str) -> np.ndarray:
 def echo(sonar, transmit: Path, receive: Path, place, time, *, out="D", back="D") -> np.ndarray:
     """Envelope of one echo of a target of 0 dB about the carrier [uPa], with a source of 200 dB, before any filter."""
     sign = (-1) ** ((out == "S") + (back == "S"))
-    left = time - np.linalg.norm(receive(time) - mirrored(place, back), axis=1) / SPEED
     sent = np.linspace(-2e-3, sonar.pulse.duration + 5e-3, 161)
     arrives = sent + np.linalg.norm(transmit(sent) - mirrored(place, out), axis=1) / SPEED
+    found, hydrophone = np.zeros(len(time), complex), np.broadcast_to(receive(time), (len(time), 3))
+
+    def leaves(rows: slice) -> np.ndarray:
+        return time[rows] - np.linalg.norm(hydrophone[rows] - mirrored(place, back), axis=1) / SPEED
+
+    # it grows with time, so that all that is received lies between two of a few samples
+    first, last = np.searchsorted(leaves(slice(None, None, FEW)), arrives[[0, -1]])
+    rows = slice(FEW * max(first - 1, 0), FEW * last)
+    left, time = leaves(rows), time[rows]
     inside = (left > arrives[0]) & (left < arrives[-1])
-    emitted = np.where(inside, CubicSpline(arrives, sent)(np.clip(left, arrives[0], arrives[-1])), -1.0)
     if not inside.any():
-        return np.zeros(len(time), complex)
+        return found
+    emitted = np.where(inside, CubicSpline(arrives, sent)(np.clip(left, arrives[0], arrives[-1])), -1.0)
     middle = int(np.argmax(emitted > sonar.pulse.duration / 2))
     spreading = SPEED * (left[middle] - emitted[middle]) * SPEED * (time[middle] - left[middle])
     phase = np.exp(2j * np.pi * CARRIER * np.where(inside, emitted - time, 0.0))
-    return np.where(inside, 1e10 * sign / spreading * envelope(sonar.pulse, emitted) * phase, 0)
+    found[rows] = np.where(inside, 1e10 * sign / spreading * envelope(sonar.pulse, emitted) * phase, 0)
+    return found
 
 
 def recorded(raw: np.ndarray, scenario: Scenario, rate: float) -> np.ndarray:

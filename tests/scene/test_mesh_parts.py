@@ -15,6 +15,8 @@ trimesh = pytest.importorskip("trimesh", reason="meshes from files need the extr
 SILENT, STRONG, WEAK = ({"law": "lambert", "strength_db": level} for level in (-400, -8, -20))
 HULL, TOWER = ((4.0, 2.0, 0.6), (0.0, 0.0, 0.3)), ((1.0, 0.8, 1.0), (0.9, 0.3, 1.1))
 """Sizes and centres of two blocks, one on the other [m]."""
+SMALL = ((2.0, 1.0, 0.6), (0.0, 0.0, 0.3)), ((0.5, 0.4, 0.6), (0.45, 0.15, 0.9))
+"""Two blocks with fewer facets [m]."""
 WINDOW = {"track": {"window": (0.078, 0.086)}, "seabed": {"scattering": None}}
 
 
@@ -62,7 +64,7 @@ def test_the_echo_of_two_parts_is_the_sum_of_the_parts(tmp_path, field, law):
 
     Within 1e-5 of the largest sample: parts of smooth facets cancel in single precision.
     """
-    file, name, sums = written(tmp_path / "vessel.obj"), "pressure" if field == "coherent" else "intensity", []
+    file, name, sums = written(tmp_path / "vessel.obj", blocks=SMALL), "pressure" if field == "coherent" else "intensity", []
     changes = (
         ({"scattering": WEAK}, {"scattering": STRONG})
         if law == "rough"
@@ -84,7 +86,7 @@ def test_smooth_parts_interfere_as_one_body(tmp_path, field):
 
     Faces are divided for the distance of each part.
     """
-    file = written(tmp_path / "vessel.obj")
+    file = written(tmp_path / "vessel.obj", blocks=SMALL)
     own = {"scattering": SILENT, "face_reflection_coefficient": 0.9}
     parts = [{"name": name, **own} for name in ("hull", "tower")]
     name = "pressure" if field == "coherent" else "intensity"

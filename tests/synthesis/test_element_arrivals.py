@@ -41,11 +41,9 @@ def platform(scenario):
 def truth(scenario, targets, elements, families=("D", "S")):
     """The sum over targets and pairs of families, element by element; elements to the right of boresight [m]."""
     at, facing = platform(scenario), mounting_rotation(np.pi / 2, 0).T
-    raw = np.zeros((len(elements), len(TIME)), complex)
+    raw, (place, axes) = np.zeros((len(elements), len(TIME)), complex), at(TIME)
     for row, right in enumerate(elements):
-        arm = facing @ np.array([0, right, 0])
-        place, axes = at(TIME)
-        held = place + axes @ arm
+        held = place + axes @ facing @ np.array([0, right, 0])
         for target, out, back in itertools.product(targets, families, families):
             raw[row] += echo(
                 scenario.sonar, lambda time: at(time)[0], lambda _, held=held: held, target, TIME, out=out, back=back
