@@ -33,7 +33,7 @@ def direct_field(depth, speed, source_depth, point_depth, distance, frequency):
     distance = np.asarray(distance, float)
     here = omega / np.interp(source_depth, depth, speed)
     beside = 2 / distance.max()  # 1/m: how far beside the axis; features of the integrand are as wide
-    spacing = beside / 4
+    spacing = beside / 3
     low, high = here * np.cos(STEEPEST), max(here, omega / np.min(speed)) * np.cosh(LEVEL)
     wavenumber = np.arange(low, high, spacing)
     faded = _fade((wavenumber - low) / (here * (np.cos(STEEPEST * 2 / 3) - np.cos(STEEPEST))))
@@ -54,7 +54,7 @@ def _depth_function(depth, speed, source_depth, point_depth, omega, k):
     top, bottom = min(depth[0], source_depth) - 1.0, max(depth[-1], source_depth, point_depth) + 1.0
     # both depths on the grid: the step divides what lies between them
     between = abs(point_depth - source_depth)
-    step = 0.15 * min(speed) / omega / np.sin(STEEPEST)
+    step = 0.25 * min(speed) / omega / np.sin(STEEPEST)
     step = between / np.ceil(between / step)
     above, below = (int(np.ceil(abs(end - source_depth) / step)) for end in (top, bottom))
     z = source_depth + step * np.arange(-above, below + 1)

@@ -67,10 +67,13 @@ def test_sides_of_a_box_over_relief_have_few_strips_and_its_lid_one() -> None:
 
 
 def test_merged_strips_sound_as_strips_do(monkeypatch) -> None:
-    """The bed before a box over relief, by its faces: to -40 dB of the sound with 64 strips a face."""
+    """The bed before a box over relief, by its faces: to -66 dB of the sound with 64 strips a face; by one, -60 dB.
+
+    The window has the echoes by bed and face, which take as long as that of the face.
+    """
     scene = nominal(
         seabed={"relief": RELIEF, "seed": 5}, box={"position": (0.0, 82.0)}, line={"length": 0.1},
-        track={"window": (0.1, 0.107)}, paths={"max_reflections": 1, "face_reflections": True},
+        track={"window": (0.1085, 0.1095)}, paths={"max_reflections": 1, "face_reflections": True},
     ).with_("targets.0.face_reflection_coefficient", 0.9)  # fmt: skip
     sound = []
     for step in (0.25, 0.0):
@@ -78,4 +81,4 @@ def test_merged_strips_sound_as_strips_do(monkeypatch) -> None:
         flat_faces.cache_clear()
         sound.append(simulate(scene).pressure.values)
     flat_faces.cache_clear()
-    assert 0 < np.linalg.norm(sound[0] - sound[1]) < 1e-2 * np.linalg.norm(sound[1])
+    assert 0 < np.linalg.norm(sound[0] - sound[1]) < 5e-4 * np.linalg.norm(sound[1])

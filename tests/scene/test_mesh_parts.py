@@ -64,15 +64,16 @@ def test_the_echo_of_two_parts_is_the_sum_of_the_parts(tmp_path, field, law):
 
     Within 1e-5 of the largest sample: parts of smooth facets cancel in single precision.
     """
-    file, name, sums = written(tmp_path / "vessel.obj", blocks=SMALL), "pressure" if field == "coherent" else "intensity", []
+    file, sums = written(tmp_path / "vessel.obj", blocks=SMALL), []
+    name = "pressure" if field == "coherent" else "intensity"
     changes = (
         ({"scattering": WEAK}, {"scattering": STRONG})
         if law == "rough"
         else ({"face_reflection_coefficient": 0.9}, {"face_reflection_coefficient": -0.5})
     )
     for chosen in ((0, 1), (0,), (1,)):
-        parts = [{"name": name, "scattering": SILENT, **(changes[row] if row in chosen else {})}
-                 for row, name in enumerate(("hull", "tower"))]  # fmt: skip
+        parts = [{"name": part, "scattering": SILENT, **(changes[row] if row in chosen else {})}
+                 for row, part in enumerate(("hull", "tower"))]  # fmt: skip
         paths = {"max_reflections": 0 if law == "smooth" else 2}  # facets are many
         sums.append(simulate(nominal(targets=[vessel(file, *parts)], field=field, paths=paths, **WINDOW))[name].values)
     whole, one, other = sums

@@ -89,9 +89,9 @@ class Tracer:
             raise ValueError("the tracer has no phases: write field: incoherent, or paths.engine: eigenrays")
         ping = self.ping(ping_geometry)
         is_moving, passes_faces = ping.facets is not None, bool(self.scene.occluders) and is_followed(ping, "T")
-        both_ways = not ping_geometry.is_monostatic and (is_moving or passes_faces)
-        exchanged = self._exchanged_ping(ping) if is_moving or both_ways else ping
-        traced = [(ping, exchanged), (exchanged, ping)][: 1 + both_ways]
+        is_exchanged = not ping_geometry.is_monostatic and (is_moving or passes_faces)
+        exchanged = self._exchanged_ping(ping) if is_moving or is_exchanged else ping
+        traced = [(ping, exchanged), (exchanged, ping)][: 1 + is_exchanged]
         rays = [partial(self._trace, *ends, part) for ends in traced for part in range(PARTS)]
         return [*rays, partial(self._exact_paths, ping)]
 
