@@ -106,7 +106,7 @@ class Simulator:
 
     def incoherent_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator:
         """Accumulator of the expected intensity of one ping, by eigenrays."""
-        delays, rows = delay_field(self.scenario), direction_powers(geometry)
+        delays, rows = delay_field(self.scenario), direction_powers(geometry, 4 * self.grid.energy_cell_count)
         return IncoherentAccumulator(geometry, self.grid, self._jitter(geometry), self._table, delays, rows)
 
     def fast_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:

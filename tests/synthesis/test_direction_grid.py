@@ -255,7 +255,7 @@ def test_labels_of_many_beams_are_those_one_by_one(order, world, rms_db, monkeyp
     fine = LINE | {"steer": tuple(np.radians(np.linspace(-60, 60, 45)))}
     scene = imaging(receive=fine, paths={"max_reflections": order}, targets=[crate], **WORLDS[world])
     together = labels(scene)
-    monkeypatch.setattr(label_accumulator, "direction_powers", lambda _: None)
+    monkeypatch.setattr(label_accumulator, "direction_powers", lambda *_: None)
     apart = labels(scene)
     strong = apart.expected_intensity.values > 1e-5 * apart.expected_intensity.values.max()
     error = 10 * np.log10(together.expected_intensity.values[strong] / apart.expected_intensity.values[strong])

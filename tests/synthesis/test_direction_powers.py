@@ -5,12 +5,12 @@ import pytest
 
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
+from insonify.synthesis import direction_powers
 from insonify.synthesis._gridding import deposit_energy_on_rows
-from insonify.synthesis.direction_powers import direction_powers
 from insonify.synthesis.time_grid import convolve_energy
 
 
-def receiver(width=53.3e-3, beams=256, **changes):
+def receiver(beams=256, **changes):
     """A receiver of 64 elements that forms beams over 130 deg at 900 kHz."""
     scenario = Scenario(**{
         "seabed": {"depth": 5.0, "scattering": {"law": "lambert"}},
@@ -18,7 +18,7 @@ def receiver(width=53.3e-3, beams=256, **changes):
             "source_level_db": 200,
             "pulse": {"kind": "lfm", "frequency": 900e3, "bandwidth": 30e3, "duration": 0.5e-3},
             "transmit": {"kind": "planar", "width": 0.8e-3, "height": 5e-3, "steer": (0.0,)},
-            "receive": {"kind": "planar", "width": width, "height": 5e-3, "columns": 64,
+            "receive": {"kind": "planar", "width": 53.3e-3, "height": 5e-3, "columns": 64,
                         "steer": tuple(np.radians(np.linspace(-65, 65, beams)))},
         },
         "track": {"kind": "static", "position": (0.0, 0.0, 3.0), "window": (0.0, 5e-3)},
@@ -36,7 +36,7 @@ def simulator():
 @pytest.fixture(scope="module")
 def powers(simulator):
     """The receiver's rows of directions."""
-    return direction_powers(simulator.ping_geometry(0))
+    return simulator.incoherent_accumulator(simulator.ping_geometry(0)).directions
 
 
 def test_series_of_tasks_in_any_order_are_those_of_all_beams_at_once(simulator):
@@ -53,19 +53,21 @@ def test_series_of_tasks_in_any_order_are_those_of_all_beams_at_once(simulator):
     np.testing.assert_array_equal(backwards, accumulator.time_series(energies))
 
 
-@pytest.mark.parametrize(("width", "beams", "rows"), [(0.083, 256, True), (0.083, 150, False), (0.11, 256, False)])
-def test_recording_and_labels_have_rows_where_beams_are_many(width, beams, rows):
-    """Up to four rows for each beam, eight to a lobe, for an expected intensity as for its labels; otherwise none."""
-    simulator = receiver(width, beams, field="incoherent")
+@pytest.mark.parametrize(("beams", "max_bytes", "on_rows"), [(64, 1 << 29, True), (64, 1 << 20, False), (256, 0, True)])
+def test_recording_and_labels_have_rows_that_fit_in_memory(beams, max_bytes, on_rows, monkeypatch):
+    """514 rows for an aperture of 32 wavelengths: for 64 beams where memory suffices, for 256 beams in any case."""
+    monkeypatch.setattr(direction_powers, "MAX_BYTES", max_bytes)
+    simulator = receiver(beams, field="incoherent")
     geometry = simulator.ping_geometry(0)
-    assert (simulator.incoherent_accumulator(geometry).directions is not None) == rows
+    directions = simulator.incoherent_accumulator(geometry).directions
+    assert (directions is not None) == on_rows
     label_sums = simulator.label_accumulator(geometry)
-    block = simulator.engine.blocks(geometry)[0]
     buffer = label_sums.empty()
-    for pairs in simulator.engine.pair_batches(geometry, block):
+    for pairs in simulator.engine.pair_batches(geometry, simulator.engine.blocks(geometry)[0]):
         label_sums.add(buffer, pairs)
-    filled = {len(cells.cells) for cells in buffer.cells.values()}
-    assert filled == ({len(direction_powers(geometry).beam_powers[0])} if rows else {beams})
+    rows = 514 if on_rows else beams
+    assert {len(cells.cells) for cells in buffer.cells.values()} == {rows}
+    assert buffer.nbytes > 8 * rows * len(label_sums.names.pairs) * simulator.grid.energy_cell_count
 
 
 def test_energies_in_rows_are_the_squared_weights_of_the_legs(simulator):

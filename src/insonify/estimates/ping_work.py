@@ -39,7 +39,6 @@ from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.two_way_beam import two_way_width
 from insonify.synthesis.direction_grid import WIDTH, direction_grid
-from insonify.synthesis.direction_powers import direction_powers
 from insonify.synthesis.label_accumulator import POINTS
 from insonify.synthesis.time_grid import OVERSAMPLING
 from insonify.synthesis.waveform_basis import waveform_basis
@@ -558,7 +557,8 @@ def _pair_seconds(
     beams = simulator.scenario.sonar.beam_count
     section = 0.0 if law is None or isinstance(law, Lambert) else unit_costs.SECONDS_PER_SECTION
     if label:
-        channels = 1 if ping_geometry.is_monostatic and direction_powers(ping_geometry) is not None else beams
+        on_rows = ping_geometry.is_monostatic and simulator.label_accumulator(ping_geometry).directions is not None
+        channels = 1 if on_rows else beams
         return section + (unit_costs.SECONDS_PER_PAIR + unit_costs.SECONDS_PER_LABEL) * channels
     if simulator.scenario.field == "incoherent":
         return _expected_pair_seconds(simulator, ping_geometry, section, boundary)

@@ -25,8 +25,8 @@ from insonify.synthesis._direction_grid_kernel import combine_rows
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Real = TypeVar("Real", np.float32, np.float64)
-ROWS_PER_BEAM = 4.0
-"""Largest number of rows per beam, which limits the memory [1]."""
+ROWS_PER_BEAM, MAX_BYTES = 4.0, 512 << 20
+"""Rows per beam up to which there are rows whatever their memory [1], and largest memory with more of them [bytes]."""
 ROWS_PER_LOBE = 8
 """Rows per wavelength / aperture, which is the width of a side lobe."""
 
@@ -58,18 +58,19 @@ class DirectionPowers(NamedTuple):
         return beams.reshape(len(beams), *sums.shape[1:]).astype(sums.dtype, copy=False)
 
 
-def direction_powers(ping_geometry: PingGeometry) -> DirectionPowers | None:
+def direction_powers(ping_geometry: PingGeometry, bytes_per_row: int) -> DirectionPowers | None:
     """Rows of a ping's receive beams; None where beams are few, steered on both ends, or differ otherwise.
 
     Args:
         ping_geometry: The sonar at the ping.
+        bytes_per_row: Memory of the sums of one row [bytes].
     """
     transmit, receive = ping_geometry.transmit_beams, ping_geometry.receive_beams
     if ping_geometry.elements is not None or transmit.channel_count > 1 or not differ_in_steering(transmit, receive):
         return None
     extent = horizontal_extent(receive)
     count = int(np.ceil(2 * ROWS_PER_LOBE * extent)) + 1
-    if count > ROWS_PER_BEAM * receive.channel_count:
+    if count > ROWS_PER_BEAM * receive.channel_count and count * bytes_per_row > MAX_BYTES:
         return None
     return DirectionPowers(2 / (count - 1), extent, _beam_powers(receive, count), common_pattern(receive))
 

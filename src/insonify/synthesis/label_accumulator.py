@@ -107,8 +107,16 @@ class LabelAccumulator:
         return self.accumulator.ping_geometry
 
     @cached_property
-    def _directions(self) -> DirectionPowers | None:
-        return direction_powers(self.geometry)
+    def directions(self) -> DirectionPowers | None:
+        """Rows of directions, where beams are many."""
+        grid = self.accumulator.grid
+        cells = grid.energy_cell_count if self.is_fine else BINS_OF_ROWS[1] * grid.sample_count
+        return direction_powers(self.geometry, 8 * len(self.names.pairs) * cells)
+
+    @property
+    def _row_count(self) -> int:
+        """Rows of directions; or channels, where there are no such rows."""
+        return self.geometry.channel_count if self.directions is None else self.directions.beam_powers.shape[1]
 
     @property
     def requirements(self) -> Requirements:
@@ -117,9 +125,9 @@ class LabelAccumulator:
 
     def empty(self) -> LabelBuffer:
         """Empty buffer."""
-        grid, channels, bins = self.accumulator.grid, self.accumulator.ping_geometry.channel_count, self._bins.size
-        cells = (grid.energy_cells(0).shape[1] if self.is_fine else bins) + MOMENTS * bins // 2
-        return LabelBuffer(LevelBuffers(), nbytes=8 * channels * len(self.names.pairs) * cells)
+        grid, bins = self.accumulator.grid, self._bins.size
+        cells = (grid.energy_cell_count if self.is_fine else bins) + MOMENTS * bins // 2
+        return LabelBuffer(LevelBuffers(), nbytes=8 * self._row_count * len(self.names.pairs) * cells)
 
     def add(self, buffer: LabelBuffer, pairs: Pairs) -> None:
         """Add one block of scatterers to its object."""
@@ -198,16 +206,15 @@ class LabelAccumulator:
         pair_names = tuple(dict.fromkeys(names))
         if (object_name, pair_names) not in buffer.cells:
             i, j = pairs.pair[_half(pairs)].T
-            rows = self.geometry.channel_count if self._directions is None else self._directions.beam_powers.shape[1]
-            buffer.cells[object_name, pair_names] = self._empty_cells(rows, i != j)
+            buffer.cells[object_name, pair_names] = self._empty_cells(i != j)
         return buffer.cells[object_name, pair_names]
 
-    def _empty_cells(self, rows: int, mixed: Masks) -> LabelCells:
-        """Empty cells and bins of some pairs, in so many rows; mixed: pairs of two different legs, (p,)."""
-        bins, count = self._bins.size, len(mixed)
+    def _empty_cells(self, mixed: Masks) -> LabelCells:
+        """Empty cells and bins of some pairs; mixed: pairs of two different legs, (p,)."""
+        rows, bins, count = self._row_count, self._bins.size, len(mixed)
         has_cells = np.ones(count, bool) if self.is_fine else mixed
         pair_row = np.where(has_cells, np.cumsum(has_cells) - 1, -1)
-        cells = self.accumulator.grid.energy_cells(0).shape[1] if self.is_fine else bins
+        cells = self.accumulator.grid.energy_cell_count if self.is_fine else bins
         return LabelCells(
             np.zeros((rows, int(has_cells.sum()) + (count > 1), cells)),
             np.zeros((rows, count, bins, MOMENTS), np.float32), pair_row, self.is_fine,
@@ -217,7 +224,7 @@ class LabelAccumulator:
         self, buffer: LabelBuffer, object_name: str, label_cells: LabelCells, pairs: Pairs, directions: Floats
     ) -> None:
         """Add all pairs of a block to their cells, and the interference between pairs to their object."""
-        accumulator, legs, powers = self.accumulator, pairs.transmit_legs, self._directions
+        accumulator, legs, powers = self.accumulator, pairs.transmit_legs, self.directions
         table, grid, bins = accumulator.table, accumulator.grid, self._bins
         half = _half(pairs)
         pair, strength = pairs.pair[half], np.abs(pairs.strength[half])
@@ -323,13 +330,13 @@ class LabelAccumulator:
         """Bins of the ping: where they stand for intensities, some cover the pulse; fewer where beams are many."""
         if self.is_fine:
             return bin_grid(self.accumulator)
-        return bin_grid(self.accumulator, *(BINS_OF_CHANNELS if self._directions is None else BINS_OF_ROWS))
+        return bin_grid(self.accumulator, *(BINS_OF_CHANNELS if self.directions is None else BINS_OF_ROWS))
 
     def time_series(self, buffer: LabelBuffer, _run: Mapper = map) -> MaskLabels:
         """Labels of the ping."""
         for (object_name, pair_names), added in buffer.cells.items():
-            if self._directions is not None:
-                to_beams = self._directions.to_beams
+            if self.directions is not None:
+                to_beams = self.directions.to_beams
                 added = replace(added, cells=to_beams(added.cells), bins=to_beams(added.bins))
             buffer.add_cells(object_name, pair_names, added, self.accumulator.grid.sample_count)
         return labels_of(

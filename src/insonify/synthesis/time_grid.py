@@ -68,6 +68,11 @@ class TimeGrid:
         return fast_length(self.padded_samples, real=True)
 
     @property
+    def energy_cell_count(self) -> int:
+        """Cells of the energy grid of one channel."""
+        return 2 * OVERSAMPLING * self.energy_padded
+
+    @property
     def time(self) -> NDArray[np.float64]:
         """Times of the output samples [s], shape (count,)."""
         return self.start + np.arange(self.sample_count) / self.sample_rate
@@ -85,8 +90,8 @@ class TimeGrid:
         return buffer[begin : begin + count].reshape(channels, -1)
 
     def energy_cells(self, channels: int = 1) -> NDArray[np.float64]:
-        """Empty grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded)."""
-        return np.zeros((channels, 2 * OVERSAMPLING * self.energy_padded))
+        """Empty grid of energies, shape (channels, energy_cell_count)."""
+        return np.zeros((channels, self.energy_cell_count))
 
 
 def time_grid(start: float, stop: float, sample_rate: float, pulse_start: float, pulse_stop: float) -> TimeGrid:
