@@ -64,7 +64,7 @@ class Node:
 
 @pytest.fixture
 def nodes(monkeypatch):
-    """Stand-ins for ROS; nodes that are spun."""
+    """Stand-ins for ROS; nodes that are spun, whose sonars are closed at the end."""
     spun = []
     modules = {
         "rclpy": {"init": lambda args: None, "spin": spun.append}, "rclpy.node": {"Node": Node},
@@ -79,7 +79,9 @@ def nodes(monkeypatch):
                 monkeypatch.setitem(sys.modules, part, types.ModuleType(part))
         for key, value in content.items():
             setattr(sys.modules[name], key, value)
-    return spun
+    yield spun
+    for node in spun:
+        node.sonar.close()
 
 
 @pytest.mark.parametrize("field", ["incoherent", "coherent"])

@@ -152,8 +152,9 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
     if labelled:
         names = simulator.label_names
         total += scenario.sonar.channel_count * grid.sample_count * 8 * 6 * (len(names.objects) + 2 * len(names.pairs))
-        if simulator.label_accumulator(sides[0]).directions is not None:  # of seabed and targets, about half filled
-            total += simulator.label_accumulator(sides[0]).empty().nbytes
+        label_sums = simulator.label_accumulator(sides[0])
+        if label_sums.directions is not None:  # of seabed and targets, about half filled
+            total += label_sums.empty().nbytes
     return total
 
 

@@ -331,19 +331,9 @@ class MountedSonar:
         Args:
             shared: True for beams that differ in horizontal steering alone.
         """
-        if shared not in self._band_count_cache:
-            self._band_count_cache[shared] = self._count_bands(shared)
-        return self._band_count_cache[shared]
-
-    def _count_bands(self, shared: bool) -> tuple[int, int]:
-        """Numbers of sub-bands and of `horizontal_bands`, without the cache; arguments see `_band_counts`."""
         depth = self.platforms.end_poses[0].position[0, 2] + self._lever_arms[0, 2]
         speed = float(self.water.sound_speed_at(depth))
         return _sufficient_counts(self.sonar, self.pulse, self.water, speed, self.window[1] * speed, shared)
-
-    @cached_property
-    def _band_count_cache(self) -> dict[bool, tuple[int, int]]:
-        return {}
 
     @cached_property
     def _attitude_cache(self) -> dict[tuple[object, ...], _AttitudeBeams]:

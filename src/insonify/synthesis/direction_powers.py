@@ -61,6 +61,8 @@ class DirectionPowers(NamedTuple):
 def direction_powers(ping_geometry: PingGeometry, bytes_per_row: int) -> DirectionPowers | None:
     """Rows of a ping's receive beams; None where beams are few, steered on both ends, or differ otherwise.
 
+    Also None where the rows are more than `ROWS_PER_BEAM` per beam and their sums need more than `MAX_BYTES`.
+
     Args:
         ping_geometry: The sonar at the ping.
         bytes_per_row: Memory of the sums of one row [bytes].

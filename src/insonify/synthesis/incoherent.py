@@ -384,9 +384,10 @@ class IncoherentAccumulator:
 
     def _with_rows(self, channels: Floats, rows: NDArray[Real] | None, run: Mapper) -> Floats:
         """Sums of all channels, shape (channels, n), with those of the rows of directions, shape (rows, n)."""
-        directions, total = self.directions, np.empty_like(channels)
+        directions = self.directions
         if directions is None or rows is None or not rows.any():
             return channels
+        total = np.empty_like(channels)
 
         def combine(some: slice) -> None:
             total[:, some] = channels[:, some] + directions.to_beams(rows[:, some])

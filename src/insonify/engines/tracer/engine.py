@@ -91,7 +91,9 @@ class Tracer:
         is_moving, passes_faces = ping.facets is not None, bool(self.scene.occluders) and is_followed(ping, "T")
         is_exchanged = not ping_geometry.is_monostatic and (is_moving or passes_faces)
         exchanged = self._exchanged_ping(ping) if is_moving or is_exchanged else ping
-        traced = [(ping, exchanged), (exchanged, ping)][: 1 + is_exchanged]
+        traced = [(ping, exchanged)]
+        if is_exchanged:
+            traced.append((exchanged, ping))
         rays = [partial(self._trace, *ends, part) for ends in traced for part in range(PARTS)]
         return [*rays, partial(self._exact_paths, ping)]
 
