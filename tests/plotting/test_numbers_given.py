@@ -262,6 +262,28 @@ def test_a_labelled_trace_shows_the_objects_that_are_received(monkeypatch):
     assert axes.get_ylim() == pytest.approx((20, 106)) and re.search(r"\[dB re 1 uPa\]$", axes.get_ylabel())
 
 
+def test_the_labels_of_many_beams_are_a_sector_beside_their_levels(monkeypatch):
+    """A mask lies at the range and bearing of its sample, beams in order of bearing, and nothing else is coloured."""
+    kept = caught(monkeypatch)
+    recording, masks = labelled(pings=2)
+    steer = np.radians([10.0, -10.0, 0.0, 20.0, -20.0])
+    recording, masks = (
+        data.isel(channel=np.zeros(5, int)).assign_coords(steer=("channel", steer)) for data in (recording, masks)
+    )
+    masks["shadow"].values[1, 3, 40] = True
+    plotting.labels(recording, masks, "unused.png", ping=1)
+    plain, coloured = (axes.collections[0] for axes in kept[0].axes[:2])
+    np.testing.assert_array_equal(plain.get_coordinates(), coloured.get_coordinates())
+    picture = np.asarray(coloured.get_array())
+    ((beam, sample),) = np.argwhere(np.ptp(picture, axis=-1) > 1e-9)
+    right, ahead = coloured.get_coordinates()[beam : beam + 2, sample : sample + 2].reshape(-1, 2).T
+    assert sorted(np.degrees(np.arctan2(right, ahead))) == pytest.approx([15, 15, 25, 25])
+    assert np.hypot(right, ahead).mean() == pytest.approx(750 * masks["time"].values[40], abs=0.0375)
+    assert [text.get_text() for text in kept[0].legends[0].get_texts()] == [MEANING["shadow"]]
+    plotting.labels(recording, masks, "unused.png", ping=1, beam=3)
+    assert kept[1].axes[0].get_xlabel() == "time [ms]"
+
+
 @pytest.mark.parametrize(
     "suffix",
     [

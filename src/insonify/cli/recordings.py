@@ -255,7 +255,7 @@ def _show_labels(
     from insonify import plotting
 
     with _reading(recording):
-        plotting.labels(dataset, masks, out, ping=ping, beam=beam or 0, ground=ground, gain=gain)
+        plotting.labels(dataset, masks, out, ping=ping, beam=beam, ground=ground, gain=gain)
 
 
 def explain(

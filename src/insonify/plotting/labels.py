@@ -10,8 +10,12 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from insonify.plotting import style
+from insonify.plotting.recording import is_sector
 from insonify.plotting.recording_levels import Floats, RecordingLevels, colour_span, recording_levels
+from insonify.plotting.sector_image import name_targets, sector, sector_axes, sector_cells
 from insonify.plotting.sidescan import COLUMNS, NAMES, across_label, lines, rows, sidescan_image
+from insonify.plotting.target_view import targets_in_view
+from insonify.plotting.waterfall import COLUMNS as SECTOR_COLUMNS
 from insonify.plotting.waterfall import thinned
 from insonify.processing.image_labels import image_labels
 from insonify.units import level_db
@@ -23,6 +27,8 @@ MEANING = {
     "ghost": "ghost: target by surface paths",
     "highlight": "highlight: target",
 }
+NARROW = np.radians(80)
+"""Widest sector that is drawn to the left of its labels; a wider one is drawn above them [rad]."""
 STRENGTH = 0.65
 """Weight of the mask's colour over that of the level [1]."""
 TARGET_COLOURS = ("#009E73", "#D5350E", "#8E2F66", "#E69F00", "#1E8FD5", "#7A4B12")
@@ -32,18 +38,21 @@ SHOWN = 80.0
 
 
 def labels(
-    recording: xr.Dataset, label_dataset: xr.Dataset, path: str | Path, *, ping: int | None = None, beam: int = 0,
-    ground: bool = False, gain: str | None = None,
+    recording: xr.Dataset, label_dataset: xr.Dataset, path: str | Path, *, ping: int | None = None,
+    beam: int | None = None, ground: bool = False, gain: str | None = None,
 ) -> Path:  # fmt: skip
-    """Draw labels.
+    """Draw labels: an image, and the same image in grey with its masks in colour.
+
+    Many beams give sectors of one ping, many pings an image over pings and range, all others expected levels by object
+    over time.
 
     Args:
-        recording: As from `open_recording`, one channel or a port and a starboard side.
+        recording: As from `open_recording`.
         label_dataset: Labels of the recording, as from `open_labels`.
         path: File of the figure, .png, .pdf or .svg.
-        ping: Single ping, drawn as expected levels by object; None: all pings, as the
-            image beside the same image with its masks.
-        beam: Channel, and the corresponding one on the other side.
+        ping: Row of a single ping; by default all, or for sectors the first that is labelled.
+        beam: Row of a single beam, and the corresponding one on the other side; by default all of a sector, else the
+            first.
         ground: True for images over ground range on a flat seabed, instead of slant range.
         gain: Gain of the images: one of `insonify.processing.GAINS`.
 
@@ -51,14 +60,40 @@ def labels(
         The path.
     """
     sound = recording_levels(recording)
+    row = ping if ping is not None else int(np.flatnonzero(label_dataset["done"].values)[0])
     with style.plot_style():
-        if ping is None and recording.sizes["ping"] > 1:
-            image = sidescan_image(recording, sound, ground=ground, gain=gain, beam=beam)
+        if not ground and gain is None and is_sector(recording, ping=ping, beam=beam):
+            figure = _sectors(label_dataset.isel(ping=row), sound, row)
+        elif ping is None and recording.sizes["ping"] > 1:
+            image = sidescan_image(recording, sound, ground=ground, gain=gain, beam=beam or 0)
             figure = _images(image, image_labels(label_dataset[[*KINDS, "done"]], image), sound)
         else:
-            row = ping if ping is not None else int(np.flatnonzero(label_dataset["done"].values)[0])
-            figure = _trace(label_dataset.isel(ping=row), sound, beam, row)
+            figure = _trace(label_dataset.isel(ping=row), sound, beam or 0, row)
         return style.save_figure(figure, path)
+
+
+def _sectors(ping_labels: xr.Dataset, sound: RecordingLevels, row: int) -> Figure:
+    """Draw the sector of one ping, and the same in grey with its masks in colour."""
+    order = np.argsort(sound.steer)
+    steer, slant = sound.steer[order], sound.time * sound.sound_speed / 2
+    level = sound.strength()[row][order]
+    span = colour_span(level)
+    size, panels = ((15, 7.5), (1, 2)) if np.ptp(steer) < NARROW else ((10, 13), (2, 1))
+    figure = style.new_figure(*size)
+    left, right = figure.subplots(*panels).ravel()
+    mesh = sector(left, slant, steer, level, span)
+    masks = {kind: ping_labels[kind].values[order] for kind in KINDS}
+    shown = {kind: _any(mask, SECTOR_COLUMNS) for kind, mask in masks.items()}
+    sector_cells(right, slant, steer, _coloured(thinned(level, SECTOR_COLUMNS), shown, span))
+    sector_axes(right, slant, steer)
+    left.set_title(sound.named(ping=row), loc="center", pad=26)
+    right.set_title("labels", loc="center", pad=26)
+    if sound.scenario is not None:
+        name_targets(left, targets_in_view(sound.scenario, row), slant, steer)
+    name = "level [dB re 1 uPa]" if sound.scenario is None else "apparent target strength [dB re 1 m$^2$]"
+    figure.colorbar(mesh, ax=[left, right], label=name, pad=0.01, shrink=0.7)
+    _legend(figure, masks)
+    return figure
 
 
 def _images(image: xr.Dataset, masks_dataset: xr.Dataset, sound: RecordingLevels) -> Figure:
@@ -73,7 +108,7 @@ def _images(image: xr.Dataset, masks_dataset: xr.Dataset, sound: RecordingLevels
     span, across = colour_span(image["level_db"].values), image["across"].values
     for half in (across <= 0, across > 0):
         if half.sum() > 1:
-            masks = {kind: _any(masks_dataset[kind].values[:, half]) for kind in KINDS}
+            masks = {kind: _any(masks_dataset[kind].values[:, half], COLUMNS) for kind in KINDS}
             picture = _coloured(thinned(image["level_db"].values[:, half], COLUMNS), masks, span)
             lower.imshow(picture, aspect="auto", origin="lower", interpolation="nearest",
                          extent=(across[half][0], across[half][-1], low, high))  # fmt: skip
@@ -82,18 +117,22 @@ def _images(image: xr.Dataset, masks_dataset: xr.Dataset, sound: RecordingLevels
     lower.set_xlabel(across_label(image, sound.sound_speed_note))
     lower.set_ylabel(name)
     lower.set_title("labels")
-    seen = [kind for kind in KINDS if masks_dataset[kind].values.any()]
-    figure.legend(
-        handles=[Patch(color=KINDS[kind], label=MEANING[kind]) for kind in seen]
-        or [Patch(color="none", label="no highlight, shadow or ghost anywhere")],
-        loc="outside lower center", ncols=len(KINDS),
-    )  # fmt: skip
+    _legend(figure, {kind: masks_dataset[kind].values for kind in KINDS})
     return figure
 
 
-def _any(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _legend(figure: Figure, masks: dict[str, NDArray[np.bool_]]) -> None:
+    """Explain the colours of the masks that occur."""
+    figure.legend(
+        handles=[Patch(color=KINDS[kind], label=MEANING[kind]) for kind in KINDS if masks[kind].any()]
+        or [Patch(color="none", label="no highlight, shadow or ghost anywhere")],
+        loc="outside lower center", ncols=len(KINDS),
+    )  # fmt: skip
+
+
+def _any(mask: NDArray[np.bool_], columns: int) -> NDArray[np.bool_]:
     """Masks with columns combined as `thinned` combines levels: True where any column is."""
-    step = -(-mask.shape[-1] // COLUMNS)
+    step = -(-mask.shape[-1] // columns)
     return np.asarray(mask[:, : mask.shape[-1] // step * step].reshape(len(mask), -1, step).any(axis=-1))
 
 

@@ -58,20 +58,31 @@ def recording(
     )
     if recorded_rows.size == 0:
         raise ValueError("the recording holds no ping yet. Run the scenario to the end, or at least one ping of it.")
-    pings, channels, _ = sound.level.shape
+    pings = len(sound.level)
     row = int(recorded_rows[0]) if ping is None else ping
     is_sidescan_option = ground or gain is not None
     with style.plot_style():
-        is_two_sided = ping is None and beam is None and pings > 1 and has_sides(dataset)
-        if (is_two_sided and channels < 2 * MIN_SECTOR_BEAMS) or is_sidescan_option:
-            figure = sidescan_waterfall(dataset, sound, ground=ground, gain=gain, beam=beam)
-        elif channels >= MIN_SECTOR_BEAMS:
+        if not is_sidescan_option and is_sector(dataset, ping=ping, beam=beam):
             figure = sector_image(sound, row)
+        elif is_sidescan_option or (ping is None and beam is None and pings > 1 and has_sides(dataset)):
+            figure = sidescan_waterfall(dataset, sound, ground=ground, gain=gain, beam=beam)
         elif pings > 1 and ping is None:
             figure = waterfall(sound)
         else:
             figure = ascan(sound, row)
         return figure if path is None else style.save_figure(figure, path)
+
+
+def is_sector(dataset: xr.Dataset, *, ping: int | None, beam: int | None) -> bool:
+    """True for a recording that is drawn as a sector: of many beams, on each side where all pings are drawn.
+
+    Args:
+        dataset: Recording.
+        ping: Row of a single ping; None: all.
+        beam: Row of a single beam; None: all.
+    """
+    sides = 2 if ping is None and dataset.sizes["ping"] > 1 and has_sides(dataset) else 1
+    return beam is None and dataset.sizes["channel"] >= sides * MIN_SECTOR_BEAMS
 
 
 def _with_all_axes(dataset: xr.Dataset) -> xr.Dataset:

@@ -8,6 +8,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike
 
 from insonify.plotting import style
 from insonify.plotting.recording_levels import Floats, RecordingLevels, colour_span
@@ -71,11 +72,29 @@ def sector(axes: Axes, slant: Floats, steer: Floats, level: Floats, span: tuple[
         labels: Bearings written along the outer edge; 1: both ends in one label.
         ink: Colour of the marks.
     """
-    shown = thinned(level)
-    edges = np.linspace(slant[0], slant[-1], shown.shape[1] + 1)
+    mesh = sector_cells(axes, slant, steer, thinned(level))
+    mesh.set(cmap=style.COPPER, clim=span)
+    sector_axes(axes, slant, steer, labels=labels, ink=ink)
+    return mesh
+
+
+def sector_cells(axes: Axes, slant: Floats, steer: Floats, values: ArrayLike) -> QuadMesh:
+    """Draw values, or colours, on the cells of a sector.
+
+    Args:
+        axes: Axes to draw on.
+        slant: Slant range of each sample [m], shape (n,).
+        steer: Steer angles, ascending [rad], shape (beams,).
+        values: Values, shape (beams, any), or colours, shape (beams, any, 3): columns divide the ranges evenly.
+    """
+    edges = np.linspace(slant[0], slant[-1], np.shape(values)[1] + 1)
     angles = _edges(steer)
     x, y = np.outer(np.sin(angles), edges), np.outer(np.cos(angles), edges)
-    mesh = axes.pcolormesh(x, y, shown, cmap=style.COPPER, vmin=span[0], vmax=span[1], rasterized=True)
+    return axes.pcolormesh(x, y, values, rasterized=True)
+
+
+def sector_axes(axes: Axes, slant: Floats, steer: Floats, *, labels: int = LABELS, ink: str = style.QUIET) -> None:
+    """Set limits and labels of a sector to scale; for the arguments see `sector`."""
     left, right, low, high = _bounds(slant, steer)
     axes.set_aspect("equal")
     axes.set_xlim(left, right)
@@ -85,8 +104,7 @@ def sector(axes: Axes, slant: Floats, steer: Floats, level: Floats, span: tuple[
         side.set_visible(False)
     axes.set_xlabel("to the right of boresight [m]")
     axes.set_ylabel("along boresight [m]")
-    _bearings(axes, edges[-1], steer, labels, ink)
-    return mesh
+    _bearings(axes, slant[-1], steer, labels, ink)
 
 
 def name_targets(axes: Axes, seen: list[TargetView], slant: Floats, steer: Floats) -> None:
