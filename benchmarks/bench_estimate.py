@@ -5,8 +5,6 @@ Each scene is run by the command, in a process of its own, with warm kernels. Va
 """
 
 import json
-import os
-import subprocess
 import sys
 import tempfile
 import warnings
@@ -15,11 +13,10 @@ from typing import NamedTuple
 
 import yaml
 
-import measure
 from estimate_scenes import SCENES, described
 from insonify.estimates.run_cost import RunCost, estimate_cost
 from insonify.scenario.load import load_scenario
-from measure import THREADS, Result
+from measure import THREADS, Result, run_command
 
 SMALL = {"CHOSEN": ("calm sea",)}
 CHOSEN: tuple[str, ...] = tuple(SCENES)
@@ -46,19 +43,11 @@ def estimated(file: Path) -> RunCost:
 
 def measured(file: Path, out: Path) -> Taken:
     """Run a scenario file in a process of its own; twice where the first has to compile."""
-    while True:
-        words = [sys.executable, "-m", "insonify", "run", str(file), "-o", str(out), "--quiet", "--overwrite",
-                 "--threads", str(THREADS)]  # fmt: skip
-        child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        assert child.stderr is not None
-        message = child.stderr.read()
-        _, status, used = os.wait4(child.pid, 0)
-        if status:
-            raise RuntimeError(f"{file} does not run: {message}")
-        if "compiling (once)" not in message or measure.SMOKE:
-            break
+    run = run_command(["run", str(file), "-o", str(out), "--quiet", "--overwrite", "--threads", str(THREADS)])
+    if run.code:
+        raise RuntimeError(f"{file} does not run: {run.message}")
     disk = sum(one.stat().st_size for one in out.rglob("*") if one.is_file())
-    return Taken(used.ru_utime + used.ru_stime, used.ru_maxrss * 1024.0, float(disk))
+    return Taken(run.seconds, run.memory, float(disk))
 
 
 def estimates() -> list[Result]:

@@ -6,9 +6,7 @@ scenes go to stderr as JSON.
 """
 
 import json
-import os
 import resource
-import subprocess
 import sys
 import tempfile
 import time
@@ -27,7 +25,7 @@ from insonify.estimates.run_limits import run_refusal
 from insonify.formats.zarr_store import open_recording
 from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import load_scenario
-from measure import Result
+from measure import Result, run_command
 from random_scenes import random_description
 
 SMALL = {"SEEDS": (2,), "MOST_SECONDS": 20.0}
@@ -71,23 +69,14 @@ def scene(seed: int) -> dict[str, Any]:
 
 def _run(file: Path, out: Path, *, refused: bool) -> dict[str, Any]:
     """Run one scene in a child, twice where the first has to compile."""
-    words = [sys.executable, "-m", "insonify", "run", str(file), "-o", str(out), "--threads", "1", "--quiet",
-             "--overwrite"]  # fmt: skip
-    for _ in range(2):
-        child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                                 env=os.environ | {"NUMBA_NUM_THREADS": "1"})  # fmt: skip
-        _limit(child.pid)
-        assert child.stderr is not None
-        message = child.stderr.read()
-        _, status, used = os.wait4(child.pid, 0)
-        code = child.returncode = os.waitstatus_to_exitcode(status)
-        if code or "compiling (once)" not in message or measure.SMOKE:
-            break
-    if code or refused:
-        agreed = refused and code == 2
-        return {"outcome": "refused" if agreed else "failed", "code": code, "words": "" if agreed else message[-400:]}
+    arguments = ["run", str(file), "-o", str(out), "--threads", "1", "--quiet", "--overwrite"]
+    run = run_command(arguments, {"NUMBA_NUM_THREADS": "1"}, _limit)
+    if run.code or refused:
+        agreed = refused and run.code == 2
+        words = "" if agreed else run.message[-400:]
+        return {"outcome": "refused" if agreed else "failed", "code": run.code, "words": words}
     disk = sum(one.stat().st_size for one in out.rglob("*") if one.is_file())
-    taken = {"seconds": used.ru_utime + used.ru_stime, "memory": used.ru_maxrss * 1024.0, "disk": float(disk)}
+    taken = {"seconds": run.seconds, "memory": run.memory, "disk": float(disk)}
     broken = _broken(out)
     return {"outcome": "failed" if broken else "done", "measured": taken, "words": broken}
 

@@ -1,8 +1,12 @@
 """Timing: candidates take turns, and each keeps its best time."""
 
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from insonify.simulator import Simulator, simulate_pings
 
@@ -28,6 +32,53 @@ class Result:
     """Ratio to another line, or the goal."""
     accuracy: str = ""
     """Error of the result that was timed, where the benchmark measures it."""
+
+
+class CommandRun(NamedTuple):
+    """One run of the command `insonify` in a process of its own."""
+
+    code: int
+    """Exit code."""
+    message: str
+    """What it wrote to stderr."""
+    seconds: float
+    """Processor time, all threads [s]."""
+    memory: float
+    """Largest resident set [bytes]."""
+
+
+_WITH_PEAK = r"""
+import re, sys
+from insonify.cli import main
+code = main(sys.argv[1:])
+print(re.search("VmHWM:[ \t]*([0-9]+)", open("/proc/self/status").read())[1], file=sys.stderr)
+sys.exit(code)
+"""
+"""The command, then the largest resident set of its process [KiB]. Linux counts in `ru_maxrss` that of the process by
+which it was started, too."""
+
+
+def run_command(
+    arguments: list[str], environment: Mapping[str, str] | None = None, limit: Callable[[int], None] = lambda _: None
+) -> CommandRun:
+    """Run the command `insonify`, twice where the first run has to compile kernels.
+
+    Args:
+        arguments: Arguments of the command.
+        environment: Additional environment variables.
+        limit: Called with the number of the process once it is started.
+    """
+    while True:
+        child = subprocess.Popen([sys.executable, "-c", _WITH_PEAK, *arguments], stdout=subprocess.DEVNULL,
+                                 stderr=subprocess.PIPE, text=True, env=os.environ | (environment or {}))  # fmt: skip
+        limit(child.pid)
+        assert child.stderr is not None
+        lines = child.stderr.read().splitlines()
+        _, status, used = os.wait4(child.pid, 0)
+        code = child.returncode = os.waitstatus_to_exitcode(status)
+        if code or SMOKE or not any("compiling (once)" in line for line in lines):
+            peak = 0.0 if code else float(lines.pop()) * 1024
+            return CommandRun(code, "\n".join(lines), used.ru_utime + used.ru_stime, peak)
 
 
 def best_seconds(candidates: Mapping[str, Callable[[], object]], repeats: int = 5) -> dict[str, float]:
