@@ -203,6 +203,51 @@ def test_a_fan_of_beams_gives_an_image_of_each_ping(tmp_path):
         labelled_images(tmp_path / "fan.zarr", "ground")
 
 
+def test_sidelobes_of_a_fan_are_not_annotated(tmp_path):
+    """A strong point and a wide box: highlights in all beams, annotated where a uniform aperture's main lobe has them.
+
+    Main lobes reach down to -12 dB. By way of the bed (highlight) and of the surface (ghost) the point is nearer to
+    the boresight.
+    """
+    width, point, depth = 0.15, np.array([11.0, -3.0, 7.0]), 7.0
+    targets = [
+        {"shape": "point", "label": "point", "position": tuple(point), "target_strength_db": 20.0},
+        {"shape": "box", "label": "box", "position": (7.0, 1.0), "size": (0.5, 2.0, 0.5),
+         "scattering": {"strength_db": -5.0}},
+    ]  # fmt: skip
+    beams = np.radians(np.arange(-30.0, 30.5, 1.0))
+    wide, fan = ({"kind": "planar", "width": size, "height": 0.005} for size in (0.003, width))
+    base = sidescan(targets=targets, pings=1, **QUIET)
+    sonar = base.sonar.model_dump() | {
+        "transmit": wide, "receive": {**fan, "steer": tuple(beams)}, "sides": None, "mounting": {"bearing": 0},
+    }  # fmt: skip
+    track = {"kind": "static", "position": (0.0, 0.0, depth), "window": (0.0, 0.022), "pings": 1}
+    paths = {"max_reflections": 1, "contributions": ("seabed", "target"), "edge_diffraction": "none"}
+    scenario = sidescan(targets=targets, sonar=sonar, paths=paths, **QUIET).with_("track", track)
+    record(scenario, tmp_path / "fan.zarr", with_labels=True, threads=1)
+    (image,) = labelled_images(tmp_path / "fan.zarr")
+    labels = open_labels(tmp_path / "fan.zarr")
+    wavelength = 1500.0 / scenario.sonar.pulse.frequency
+
+    def in_main_lobe(*cosines):
+        """Beams within -12 dB of any cosine between two."""
+        missed = np.abs(np.sin(beams) - np.clip(np.sin(beams), min(cosines), max(cosines)))
+        return set(np.flatnonzero(np.sinc(width / wavelength * missed) * (missed < wavelength / width) >= 10**-0.6))
+
+    corners = [np.array([7 + x, 1 + y, z - depth]) for x in (-0.25, 0.25) for y in (-1, 1) for z in (9.5, 10)]
+    expected = {
+        ("point", HIGHLIGHT): in_main_lobe(-3 / np.hypot(11, 3), -3 / np.linalg.norm([11, 3, 6])),
+        ("box", HIGHLIGHT): in_main_lobe(*(corner[1] / np.linalg.norm(corner) for corner in corners)),
+        ("point", GHOST): in_main_lobe(-3 / np.hypot(11, 3), -3 / np.linalg.norm([11, 3, 14])),
+    }
+    for (name, row), channels in expected.items():
+        instance = image.instance_names.index(name) + 1
+        assert set(np.nonzero((image.layers[row] == instance).any(axis=0))[0]) <= channels
+    found = set(np.nonzero((image.layers[HIGHLIGHT] == 1).any(axis=0))[0])
+    assert found == expected["point", HIGHLIGHT] and len(found) < 8
+    assert labels["highlight"].values[0].any(axis=-1).sum() > 50 and len(expected["box", HIGHLIGHT]) > 15
+
+
 @pytest.mark.slow
 def test_a_target_that_is_passed_twice_has_two_boxes_and_one_place(tmp_path):
     """There and back with roll, pitch and yaw: one mask on either side in the waterfall, one on the mosaic."""

@@ -3,15 +3,19 @@
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
-from insonify.annotations.labelled_image import ImageAxis, LabelledImage
+from insonify.annotations.labelled_image import CLASSES, ImageAxis, LabelledImage
 from insonify.annotations.labelled_pings import LabelledPings
+from insonify.annotations.main_lobes import beams_at_targets
 from insonify.surveys.ground_lines import slant_ranges
 from insonify.units import level_db
 
 
 def labelled_sectors(source: LabelledPings) -> Iterator[LabelledImage]:
     """Images of each ping, the farthest range above and the beams by their steering angle.
+
+    Highlights and ghosts of a target are those of the beams that have it in their main lobe.
 
     Args:
         source: Pings and their labels.
@@ -22,8 +26,23 @@ def labelled_sectors(source: LabelledPings) -> Iterator[LabelledImage]:
     for number, row in enumerate(source.survey.rows):
         ping = source.ping(number)
         image, expected = (level_db(power[order].T[::-1]).astype(np.float32) for power in (ping.power, ping.expected))
-        layers = np.ascontiguousarray(ping.layers[:, order].transpose(0, 2, 1)[:, ::-1])
+        layers = _without_sidelobes(source, ping.layers, int(row))[:, order]
+        layers = np.ascontiguousarray(layers.transpose(0, 2, 1)[:, ::-1])
         yield LabelledImage(
             0, f"_ping{row:05d}", "slant", image, expected, layers, source.instance_names, rows,
             ImageAxis("bearing", "rad", steer[order]), pings=np.array([row]),
         )  # fmt: skip
+
+
+def _without_sidelobes(source: LabelledPings, layers: NDArray[np.int32], ping: int) -> NDArray[np.int32]:
+    """Layers of one ping, (3, channels, samples), without highlights and ghosts that sidelobes receive."""
+    scenario, kept, channels = source.survey.scenario, layers.copy(), np.arange(layers.shape[1])[:, None]
+    families = scenario.paths.followed_families
+    by_class = {"highlight": [family for family in families if "S" not in family], "ghost": families}
+    for name, some in by_class.items():
+        in_main_lobe, row = beams_at_targets(scenario, ping, some), CLASSES.index(name)
+        receives = np.ones((len(source.instance_names) + 1, len(channels)), bool)
+        for instance, label in enumerate(source.instance_names, 1):
+            receives[instance] = in_main_lobe.get(label, True)
+        kept[row] *= receives[layers[row], channels]
+    return kept
