@@ -205,7 +205,10 @@ def test_no_multipath_twins_lack_the_echoes_by_way_of_the_surface(tmp_path):
 
 
 def test_clutter_has_sizes_and_places_of_its_own(tmp_path):
-    """Rocks in the proportions of the library, each another one, apart from each other and from the targets."""
+    """Rocks in the proportions of the library, each another one, apart from each other and from the targets.
+
+    The values drawn for the scenario's own target are in the scenario beside them.
+    """
     from insonify.datasets.dataset import load_dataset
     from insonify.datasets.drawn_scene import SceneDraws
 
@@ -217,12 +220,15 @@ def test_clutter_has_sizes_and_places_of_its_own(tmp_path):
     draws = SceneDraws(described.file, described.base)
     counts = set()
     for image in range(6):
-        rocks = draws.scene(image)[0].targets[1:]
+        scenario, drawn = draws.scene(image)
+        pipe, *rocks = scenario.targets
+        assert pipe.heading == drawn["targets[pipe].heading"]
+        assert list(pipe.position) == drawn["targets[pipe].position"] != [1, 12]
         counts.add(len(rocks))
         assert [rock.label for rock in rocks] == [f"rock {n + 1}" for n in range(len(rocks))]
         assert len({rock.variant for rock in rocks}) == len(rocks)
         assert all(0.3 <= rock.size[0] <= 2 and 0 <= rock.burial <= 0.5 for rock in rocks)
-        places = np.array([target.position for target in draws.scene(image)[0].targets])
+        places = np.array([target.position for target in scenario.targets])
         apart = np.linalg.norm(places[:, None] - places, axis=-1) + 10 * np.eye(len(places))
         assert apart[1:].min() >= 1
     assert counts <= {2, 3, 4, 5} and len(counts) > 1

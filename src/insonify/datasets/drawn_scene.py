@@ -85,7 +85,6 @@ class SceneDraws:
         for kind, clutter in enumerate(self.file.clutter):
             things = self._clutter(scene, kind, clutter, image, taken)
             drawn[f"clutter[{kind}]"] = things
-            changes.setdefault("targets", self.base.targets)
         things = [thing for kind in range(len(self.file.clutter)) for thing in drawn[f"clutter[{kind}]"]]
         scenario = self.base.with_(changes)
         if things:
