@@ -29,6 +29,16 @@ class ImageAxis:
     values: Floats
     """Values in the middle of the rows or columns, shape (n,); negative to port."""
 
+    @property
+    def shown(self) -> Self:
+        """The axis as figures show it: angles in degrees."""
+        return replace(self, units="deg", values=np.degrees(self.values)) if self.units == "rad" else self
+
+    @property
+    def label(self) -> str:
+        """Name and units, as on a figure."""
+        return f"{self.name} [{self.units}]"
+
 
 @dataclass(frozen=True, slots=True)
 class LabelledImage:

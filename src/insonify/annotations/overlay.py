@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from insonify.annotations.annotation import Annotation, annotations
 from insonify.annotations.grey_picture import greys, level_span
-from insonify.annotations.labelled_image import CLASSES, ImageAxis, LabelledImage
+from insonify.annotations.labelled_image import CLASSES, LabelledImage
 from insonify.plotting import style
 from insonify.plotting.labels import KINDS
 
@@ -38,8 +38,8 @@ def draw_annotations(image: LabelledImage, path: str | Path) -> Path:
         drawn = list(annotations(image))
         for axes, shown in ((left, []), (right, drawn)):
             _draw(axes, image, shown)
-            axes.set_xlabel(f"{image.columns.name} [{_shown_units(image.columns)}]")
-        left.set_ylabel(f"{image.rows.name} [{_shown_units(image.rows)}]")
+            axes.set_xlabel(image.columns.shown.label)
+        left.set_ylabel(image.rows.shown.label)
         left.set_title("image")
         right.set_title("annotations")
         kinds = sorted({part.kind for part in drawn})
@@ -50,8 +50,7 @@ def draw_annotations(image: LabelledImage, path: str | Path) -> Path:
 
 def _draw(axes: Axes, image: LabelledImage, drawn: list[Annotation]) -> None:
     """Draw levels in grey, annotations over them in colour, and the names of the targets."""
-    columns, rows = (_edges(np.degrees(axis.values) if axis.units == "rad" else axis.values)
-                     for axis in (image.columns, image.rows))  # fmt: skip
+    columns, rows = _edges(image.columns.shown.values), _edges(image.rows.shown.values)
     picture = np.repeat(greys(image.image, level_span(image.image))[..., None] / 255.0, 3, axis=-1)
     for row, name in enumerate(CLASSES):
         mask = np.isin(image.layers[row], [part.instance for part in drawn if part.kind == row + 1])
@@ -70,11 +69,6 @@ def _draw(axes: Axes, image: LabelledImage, drawn: list[Annotation]) -> None:
         if part.kind == 1:
             axes.annotate(image.instance_names[part.instance - 1], ((west + east) / 2, top), (0, 3), color=colour,
                           textcoords="offset points", ha="center", va="bottom", fontsize=9)  # fmt: skip
-
-
-def _shown_units(axis: ImageAxis) -> str:
-    """Units in which an axis is drawn: angles in degrees."""
-    return "deg" if axis.units == "rad" else axis.units
 
 
 def _edges(middles: Floats) -> Floats:
