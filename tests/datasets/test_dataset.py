@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,11 @@ import pytest
 import insonify
 from datasets.small_dataset import write_small
 from insonify.cli import main
-from insonify.datasets.dataset import make_dataset
+from insonify.datasets.dataset import load_dataset, make_dataset
+from insonify.datasets.drawn_scene import SceneDraws
 from insonify.formats.store_description import StoreError
 from insonify.part import Part
+from insonify.validity import PhysicsWarning
 
 EVERYTHING = ("write: [coco]", "write: [coco, yolo, png, zarr]")
 
@@ -209,9 +212,6 @@ def test_clutter_has_sizes_and_places_of_its_own(tmp_path):
 
     The values drawn for the scenario's own target are in the scenario beside them.
     """
-    from insonify.datasets.dataset import load_dataset
-    from insonify.datasets.drawn_scene import SceneDraws
-
     clutter = (
         "clutter: [{count: {integers: [2, 5]}, target: {shape: rock, label: rock, burial: {uniform: [0, 0.5]}}, "
         "length: {power_law: {exponent: 3, within: [0.3 m, 2 m]}}, position: {area: swath, apart: 1 m}}]"
@@ -232,6 +232,26 @@ def test_clutter_has_sizes_and_places_of_its_own(tmp_path):
         apart = np.linalg.norm(places[:, None] - places, axis=-1) + 10 * np.eye(len(places))
         assert apart[1:].min() >= 1
     assert counts <= {2, 3, 4, 5} and len(counts) > 1
+
+
+def test_warnings_are_about_scenes_that_are_simulated(tmp_path):
+    """Not about targets where the base has them, on a track of another heading; and with the number of the scene."""
+    turned = write_small(
+        tmp_path,
+        ("vary:", "vary:\n  track.heading: {choice: [180 deg]}"),
+        scene=(("[1 m, 12 m]", "[13 m, 14 m]"),),
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", PhysicsWarning)
+        described = load_dataset(turned)
+        SceneDraws(described.file, described.base).scene(0)
+    with pytest.warns(PhysicsWarning, match="target pipe"):
+        described.base.with_("track.heading", "180 deg")
+    position = "{uniform_in: {area: swath, along: [0.3, 0.7], across: [9 m, 13 m]}}"
+    away = write_small(tmp_path, ("images: 4", "images: 2"), (position, "{choice: [[1 m, 300 m]]}"))
+    for processes in (1, 2):
+        with pytest.warns(PhysicsWarning, match=r"^scene 1: target pipe: it lies 2\d\d"):
+            make_dataset(away, tmp_path / f"out{processes}", processes=processes)
 
 
 def test_command_line(tmp_path, capsys):

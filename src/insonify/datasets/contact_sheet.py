@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import fill
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,6 +19,8 @@ from insonify.plotting.labels import KINDS
 
 ACROSS = 4
 """Images side by side, at most [1]."""
+TITLE_WIDTH = 36
+"""Letters of a line of an image's title [1]."""
 
 
 def write_contact_sheet(file: str | Path, path: str | Path, count: int) -> Path:
@@ -59,8 +63,9 @@ def _draw(axes: Axes, image: LabelledImage) -> AxesImage:
     extent = (columns[0], columns[-1], rows[-1], rows[0])
     axes.grid(False)
     level = image.image - np.nanmedian(image.image)
+    aspect: Literal["equal", "auto"] = "equal" if image.projection == "mosaic" else "auto"
     shown = axes.imshow(
-        level, cmap="gray", vmin=-15, vmax=20, extent=extent, aspect="auto", interpolation="antialiased"
+        level, cmap="gray", vmin=-15, vmax=20, extent=extent, aspect=aspect, interpolation="antialiased"
     )
     for name, layer in zip(CLASSES, image.layers, strict=True):
         if (layer > 0).any():
@@ -71,7 +76,7 @@ def _draw(axes: Axes, image: LabelledImage) -> AxesImage:
             row, column = at[0]
             axes.annotate(label, (columns[column], rows[row]), xytext=(3, 4), textcoords="offset points",
                            color="white", fontsize=6)  # fmt: skip
-    axes.set_title(image.name, fontsize=8, loc="left", pad=2)
+    axes.set_title(fill(image.name.replace("_", " "), TITLE_WIDTH), fontsize=8, loc="left", pad=2)
     axes.set_xlabel(image.columns.shown.label, fontsize=7)
     axes.set_ylabel(image.rows.shown.label, fontsize=7)
     axes.tick_params(labelsize=6)

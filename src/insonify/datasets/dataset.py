@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import gc
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
@@ -19,6 +21,7 @@ from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import load, load_scenario
 from insonify.scenario.scenario import Scenario
 from insonify.thread_count import thread_count
+from insonify.validity import PhysicsWarning
 
 WHOLE = Part(1, 1)
 YOUNG = 500_000
@@ -72,15 +75,17 @@ def make_dataset(
     missing, report = folder.missing(mine), on_scene or (lambda *_: None)
     report(len(mine) - len(missing), len(mine))
     count = min(thread_count(processes), max(len(missing), 1))
-    if count == 1:
-        _start(folder)
-        for done, scene in enumerate(missing, len(mine) - len(missing) + 1):
-            _make_scene(scene)
+    with ExitStack() as stack:
+        run: Callable[..., Iterator[list[str]]] = map
+        if count == 1:
+            _start(folder)
+        else:
+            run = stack.enter_context(ProcessPoolExecutor(count, get_context("spawn"), _start, (folder,))).map
+        made = zip(missing, run(_make_scene, missing), strict=True)
+        for done, (scene, doubts) in enumerate(made, len(mine) - len(missing) + 1):
+            for doubt in doubts:
+                warnings.warn(f"scene {scene}: {doubt}", PhysicsWarning, stacklevel=2)
             report(done, len(mine))
-    else:
-        with ProcessPoolExecutor(count, get_context("spawn"), _start, (folder,)) as pool:
-            for done, _ in enumerate(pool.map(_make_scene, missing), len(mine) - len(missing) + 1):
-                report(done, len(mine))
     return folder.finish()
 
 
@@ -94,10 +99,14 @@ def _start(folder: DatasetFolder) -> None:
     gc.freeze()
 
 
-def _make_scene(scene: int) -> None:
+def _make_scene(scene: int) -> list[str]:
+    """Make the images of a scene, unless another job has made it; return the warnings about it."""
     folder = _FOLDER[0]
-    if folder.missing([scene]):  # another job may have made it
-        folder.write(scene, scene_images(folder.file, folder.base, scene))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", PhysicsWarning)
+        if folder.missing([scene]):
+            folder.write(scene, scene_images(folder.file, folder.base, scene))
+    return list(dict.fromkeys(str(one.message) for one in caught if issubclass(one.category, PhysicsWarning)))
 
 
 def dataset(path: str | Path, *, part: Part | str = WHOLE, threads: int | None = None) -> Iterator[dict[str, Any]]:

@@ -92,9 +92,12 @@ class SceneDraws:
         return scenario, drawn
 
     def _scene_of_swath(self, changes: dict[str, Any]) -> Scenario:
-        """Scenario with the swath of an image: the base, where nothing varies that its swath depends on."""
+        """Scenario with the swath of an image: the base, where nothing varies that its swath depends on.
+
+        It is without targets, which are placed later: warnings about their places in the base would be wrong.
+        """
         own = {path: value for path, value in changes.items() if path.startswith(SWATH_KEYS)}
-        return self.base.with_(own) if own else self.base
+        return self.base.with_({**own, "targets": ()}) if own else self.base
 
     def _clutter(
         self, scene: Scenario, kind: int, clutter: Clutter, image: int, taken: list[tuple[float, float]]
