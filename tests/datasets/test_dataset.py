@@ -235,18 +235,14 @@ def test_clutter_has_sizes_and_places_of_its_own(tmp_path):
 
 
 def test_warnings_are_about_scenes_that_are_simulated(tmp_path):
-    """Not about targets where the base has them, on a track of another heading; and with the number of the scene."""
-    turned = write_small(
-        tmp_path,
-        ("vary:", "vary:\n  track.heading: {choice: [180 deg]}"),
-        scene=(("[1 m, 12 m]", "[13 m, 14 m]"),),
-    )
+    """Not about targets where the base has them, 100 m from the track of an image; and with the number of the scene."""
+    elsewhere = write_small(tmp_path, ("vary:", "vary:\n  track.start[0]: {choice: [-100 m]}"))
     with warnings.catch_warnings():
         warnings.simplefilter("error", PhysicsWarning)
-        described = load_dataset(turned)
+        described = load_dataset(elsewhere)
         SceneDraws(described.file, described.base).scene(0)
     with pytest.warns(PhysicsWarning, match="target pipe"):
-        described.base.with_("track.heading", "180 deg")
+        described.base.with_("track.start.0", "-100 m")
     position = "{uniform_in: {area: swath, along: [0.3, 0.7], across: [9 m, 13 m]}}"
     away = write_small(tmp_path, ("images: 4", "images: 2"), (position, "{choice: [[1 m, 300 m]]}"))
     for processes in (1, 2):
