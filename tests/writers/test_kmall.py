@@ -1,5 +1,7 @@
 """Claims about KMALL files of simulated surveys: they reprocess to the true depth, and another reader opens them."""
 
+import struct
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from insonify.formats.store_description import StoreError
 from insonify.frames import pose_rotation
 from insonify.processing import beam_recording
 from insonify.surveys.survey import open_survey
-from insonify.writers.kmall import water_column_gain
+from insonify.writers.kmall import _gga, water_column_gain
 from insonify.writers.swath import refracted_rays
 from oracles.surveys import ORIGIN, multibeam, sidescan
 
@@ -134,6 +136,111 @@ def test_the_water_column_gives_back_the_beams(sound, files):
     assert float(column.gain_exponent[0]) == 30
 
 
+def water_column_beams(path):
+    """First sample, detected sample, the same in high resolution, number of samples of each beam of the first ping.
+
+    By the offsets of the format's description, without the layouts of the writer.
+    """
+    content = path.read_bytes()
+    at = content.index(b"#MWC") - 4 + 24
+    at += struct.unpack_from("<H", content, at)[0]
+    size, sectors, sector_size = struct.unpack_from("<3H", content, at)
+    at += size + sectors * sector_size
+    size, count, beam_size = struct.unpack_from("<2HB", content, at)
+    rate = struct.unpack_from("<f", content, at + 8)[0]
+    at, beams = at + size, []
+    for _ in range(count):
+        first, detected, _, samples = struct.unpack_from("<4H", content, at + 4)
+        beams.append((first, detected, struct.unpack_from("<f", content, at + 12)[0], samples))
+        at += beam_size + samples
+    return np.array(beams).T, rate
+
+
+def test_samples_count_from_the_start_of_transmission(sound, files):
+    """Detections in the water column, of soundings, and in the seabed image, of a record that starts at 8 ms."""
+    (first, detected, fine, _), rate = water_column_beams(files[1])
+    with insonify.open_instrument(files[0]) as file:
+        sounded, image = file.soundings(), file.read("seabed image")
+    time = sounded.travel_time.values[0]
+    found = sounded.detection.values[0] == 0
+    assert found.sum() > 200 and np.all(first == round(float(sound.time[0]) * rate)) and first[0] == 200
+    np.testing.assert_allclose(fine, np.where(found, time * rate, 0), rtol=1e-6)
+    for sample in (detected, sounded.water_column_sample.values[0],
+                   (image.first_sample + image.centre_sample).values[0]):  # fmt: skip
+        assert np.abs(sample - time * rate)[found].max() <= 0.51
+        assert not sample[~found].any()
+
+
+def test_levels_follow_from_the_fields_of_a_sounding(sound, files):
+    """BS = EL - SL - M + TVG of the format, EL re 1 V of the received level; the gain is 40 log r with absorption."""
+    survey = open_survey(sound)
+    with insonify.open_instrument(files[0]) as file:
+        sounded = file.soundings()
+    with insonify.open_instrument(files[1]) as file:
+        column = file.read("water column")
+    found = sounded.detection.values == 0
+    echo = (
+        sounded.backscatter + sounded.source_level_applied + sounded.sensitivity_applied - sounded.gain
+    ).values  # re 1 V
+    index = sounded.water_column_sample.values - int(column.first_sample[0, 0])
+    stored = np.take_along_axis(column.level.values, np.where(found, index, 0)[..., None], axis=2)[..., 0]
+    law = (water_column_gain(survey) + 200)[np.where(found, index, 0)]
+    clear = found & (np.abs(stored) < 60)
+    assert clear.sum() > 1000
+    np.testing.assert_allclose(echo[clear], (stored - law)[clear], atol=0.26)
+    oblique = clear & (np.abs(np.degrees(sounded.water_column_angle.values)) > 20)
+    slant, absorption = sounded.travel_time.values * 743, float(sounded.absorption[0, 0])
+    area = (
+        np.radians(0.886 * 0.005 / 0.2 * 180 / np.pi) * slant * 743 * 1e-4 / np.abs(np.sin(sounded.water_column_angle))
+    )
+    gain = 40 * np.log10(slant) + 2 * absorption * slant - 10 * np.log10(area.values)
+    np.testing.assert_allclose(sounded.gain.values[oblique], gain[oblique], atol=0.1)
+
+
+def test_the_ship_is_described_as_it_moves(sound, files):
+    """Rates, velocities and course of the logged track; depth of the transmitter on its lever arm; widths in metres."""
+    with insonify.open_instrument(files[0]) as file:
+        attitude, navigation, sounded = file.attitude(), file.navigation(), file.soundings()
+    position, angles, time = sound.logged_position.values, sound.logged_attitude.values, sound.ping_time.values
+    inner = slice(1, 7)
+    for column, name in enumerate(("yaw_rate", "pitch_rate", "roll_rate")):
+        expected = (angles[2:, column] - angles[:-2, column]) / (time[2:] - time[:-2])
+        np.testing.assert_allclose(attitude[name][inner], expected, atol=1e-6)
+    for column, name in enumerate(("velocity_north", "velocity_east", "velocity_down")):
+        expected = (position[2:, column] - position[:-2, column]) / (time[2:] - time[:-2])
+        np.testing.assert_allclose(attitude[name][inner], expected, atol=1e-5)
+    assert attitude.velocity_north[1] > 1 and np.ptp(attitude.velocity_down.values) > 0.05
+    np.testing.assert_allclose(np.diff(attitude.latitude)[-1], np.diff(attitude.latitude)[-2], rtol=1e-3)
+    np.testing.assert_allclose(navigation.course, np.radians(40), atol=1e-4)
+    forward, starboard, down = TRANSMITTER
+    _, pitch, roll = angles.T
+    sunk = (down * np.cos(roll) + starboard * np.sin(roll)) * np.cos(pitch) - forward * np.sin(pitch)
+    np.testing.assert_allclose(sounded.transducer_depth, position[:, 2] + sunk, atol=1e-5)
+    content = files[0].read_bytes()
+    information = content.index(b"#SKM") - 4 + 20
+    assert struct.unpack_from("<H", content, information + 10) == (0b1001111,)  # no accelerations, no errors
+    assert struct.unpack_from("<I", content, information + 12 + 16) == (0b110000,)
+    ping = content.index(b"#MRZ") - 4 + 24 + 12
+    assert struct.unpack_from("<2h", content, ping + 60) == (round(np.nanmin(sounded.starboard[0])),
+                                                            round(np.nanmax(sounded.starboard[0])))  # fmt: skip
+    assert struct.unpack_from("<f", content, ping + 40)[0] * 1e-3 == pytest.approx(float(sounded.absorption[0, 0]))
+
+
+def test_the_effective_length_of_a_sweep_is_that_of_its_compressed_pulse(tmp_path):
+    """The inverse bandwidth, by which the area of the strengths is computed, and not the length of the sweep."""
+    pulse = {"kind": "lfm", "frequency": 300e3, "bandwidth": 10e3, "duration": 1e-3}
+    recording = insonify.simulate(multibeam(pings=1).with_("sonar.pulse", pulse), threads=1)
+    with insonify.open_instrument(insonify.export(recording, tmp_path / "a.kmall")) as file:
+        sounded = file.soundings()
+    assert float(sounded.sector_pulse_length[0, 0]) == pytest.approx(1e-3)
+    assert float(sounded.effective_pulse_length[0, 0]) == pytest.approx(1e-4)
+
+
+def test_minutes_of_a_fix_stay_below_sixty():
+    """A latitude that rounds to the next degree; the signs as letters."""
+    assert b"5400.000000,N,00029.999999,W" in _gga(946_684_800.0, 53.999_999_999_99, -0.499_999_983)
+
+
 def test_another_reader_opens_both_files(sound, files):
     """Travel times, positions of soundings, samples and the pose of the transducer by themachinethatgoesping."""
     kmall = pytest.importorskip("themachinethatgoesping.echosounders", reason="not installed").kmall
@@ -150,6 +257,15 @@ def test_another_reader_opens_both_files(sound, files):
     here = pings[3].get_geolocation()
     np.testing.assert_allclose([here.yaw, here.pitch, here.roll], np.degrees(sound.logged_attitude[3]), atol=0.01)
     np.testing.assert_allclose(here.latitude, 54 + float(sound.logged_position[3, 0]) / 111_284, atol=1e-5)
+
+
+def test_more_samples_than_the_format_counts_are_refused(sound, tmp_path, monkeypatch):
+    """Numbers of 16 bit from the start of transmission on: advice, and no file."""
+    monkeypatch.setattr("insonify.writers.kmall.MOST_SAMPLES", 500)
+    for name in ("a.kmall", "a.kmwcd"):
+        with pytest.raises(StoreError, match=r"up to 500 .* Shorten track.window"):
+            insonify.export(sound, tmp_path / name)
+    assert not list(tmp_path.iterdir())
 
 
 def test_only_swaths_of_a_multibeam_fit(tmp_path):

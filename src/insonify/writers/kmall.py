@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.formats.instruments import kmall_layouts as layouts
+from insonify.formats.store_description import StoreError
+from insonify.frames import pose_rotation
 from insonify.sonar.array import LineArray, PlanarArray
 from insonify.surveys.survey import START, Survey
 from insonify.writers.swath import Swath, arrays, attitude_at, attitude_times, profile, surface_speed, swaths
@@ -32,9 +34,16 @@ HALF_POWER = 0.886
 """Width of a uniform line's beam at half power re wavelength over length [rad]; Urick (1983), table 3.2."""
 LONGEST_IMAGE = 50
 """Most samples of the seabed image on either side of a detection [1]."""
+NO_COURSE = -4.0
+"""Course over ground that is not known [deg]."""
 LATER_FIELDS = 8
 """Bytes of the ping's part that revision I has behind those of `layouts.PING`."""
 BY_AMPLITUDE, BY_PHASE, REJECTED = 1, 2, 2
+MOST_SAMPLES = 65535
+AVAILABLE = 0b1001111
+"""Position and velocity, roll and pitch, heading, heave, and delayed heave of the attitude sensor."""
+NO_ACCELERATION, NO_ERRORS = 1 << 4, 1 << 5
+"""Bits of its status: these fields are invalid."""
 
 
 def write_kmall(survey: Survey, path: Path) -> None:
@@ -59,6 +68,11 @@ def write_kmwcd(survey: Survey, path: Path) -> None:
 
 def _write_pings(survey: Survey, path: Path, kind: str, content: PingContent) -> None:
     """File of one kind of datagram for each ping, behind those that describe the survey."""
+    last = _first_sample(survey) + survey.recording.sizes["time"]
+    if last > MOST_SAMPLES:
+        raise StoreError(f"{survey.name}: KMALL counts samples up to {MOST_SAMPLES} from the start of transmission, "
+                         f"and the last one is number {last}. Shorten track.window or reduce sonar.receiver.bandwidth "
+                         "in the scenario, or write it as netCDF (.nc)")  # fmt: skip
     with path.open("wb") as file:
         _write_survey(survey, file)
         for number, swath in enumerate(swaths(survey)):
@@ -156,22 +170,31 @@ def _fix(survey: Survey, rows: slice) -> tuple[Floats, Floats, Floats]:
 
 
 def _position(survey: Survey, number: int) -> bytes:
-    latitude, longitude, heading = _fix(survey, slice(number, number + 1))
+    latitude, longitude, _ = _fix(survey, slice(number, number + 1))
     seconds, nanoseconds = _clock(survey.time[number : number + 1])
     fix = _record(
         layouts.POSITION, seconds=seconds, nanoseconds=nanoseconds, latitude=latitude, longitude=longitude,
-        speed=survey.speed[number], course=heading, ellipsoid_height=-999.0,
+        speed=survey.speed[number], course=_course(survey, number), ellipsoid_height=-999.0,
     )  # fmt: skip
     return _record(layouts.SENSOR, status=1) + fix + _gga(survey.time[number], latitude[0], longitude[0])
+
+
+def _course(survey: Survey, number: int) -> float:
+    """True course over ground of the logged track [deg]; `NO_COURSE` where it stands still."""
+    if survey.speed[number] == 0:
+        return NO_COURSE
+    north, east = (np.gradient(survey.position[:, axis], survey.time)[number] for axis in (0, 1))
+    turn = survey.frame.convergence(*survey.position[number : number + 1, :2].T)[0]
+    return float(np.degrees(np.arctan2(east, north) + turn) % 360)
 
 
 def _gga(time: float, latitude: float, longitude: float) -> bytes:
     """Sentence of a position receiver, padded to four bytes."""
     clock = datetime.fromtimestamp(round(time, 2), UTC).strftime("%H%M%S.%f")[:9]
-    text_fields = [
-        f"{int(abs(angle)):0{digits}d}{abs(angle) % 1 * 60:09.6f},{letters[int(angle < 0)]}"
-        for angle, digits, letters in ((float(latitude), 2, "NS"), (float(longitude), 3, "EW"))
-    ]
+    text_fields = []
+    for angle, digits, letters in ((float(latitude), 2, "NS"), (float(longitude), 3, "EW")):
+        degrees, minutes = divmod(round(abs(angle) * 60e6), 60_000_000)
+        text_fields.append(f"{degrees:0{digits}d}{minutes / 1e6:09.6f},{letters[int(angle < 0)]}")
     text = f"GPGGA,{clock},{text_fields[0]},{text_fields[1]},4,10,0.9,0.0,M,0.0,M,,"
     check = reduce(lambda total, letter: total ^ letter, text.encode())
     content = f"${text}*{check:02X}\r\n".encode()
@@ -179,22 +202,29 @@ def _gga(time: float, latitude: float, longitude: float) -> bytes:
 
 
 def _attitude(survey: Survey, rows: slice) -> bytes:
-    """Attitude at pings, and one interval behind the last: heading, pitch, roll and heave about the mean depth."""
-    time = attitude_times(survey)[rows]
-    pose = attitude_at(survey, time)
-    known = np.minimum(np.arange(survey.rows.size + 1)[rows], survey.rows.size - 1)
-    latitude, longitude, _ = (column[known] for column in _fix(survey, slice(None)))
-    turn = survey.frame.convergence(survey.position[:, 0], survey.position[:, 1])[known]
+    """Attitude at pings, and one interval behind the last: heading, pitch, roll, heave about the mean depth, rates."""
+    time, position = attitude_times(survey), survey.position
+    after = position[-1:] + np.diff(position, axis=0)[-1:].sum(axis=0)
+    position, pose = np.concatenate([position, after]), attitude_at(survey, time)
+    velocity, turn_rate = (np.gradient(values, time - START, axis=0)[rows] for values in (position, pose[:, :3]))
+    position, pose, time = position[rows], pose[rows], time[rows]
+    latitude, longitude = survey.frame.geodetic(position[:, 0], position[:, 1])
+    turn = survey.frame.convergence(position[:, 0], position[:, 1])
     heave = pose[:, 3] - survey.position[:, 2].mean()
-    degrees = np.degrees(pose[:, :3] + np.stack([turn, 0 * turn, 0 * turn], axis=1))
-    seconds, nanoseconds = _clock(time)
+    degrees, seconds, nanoseconds = np.degrees(pose[:, :3]), *_clock(time)
+    to_north, to_east = np.cos(turn), np.sin(turn)
     samples = _record(
         layouts.ATTITUDE, time.size, kind=b"#KMB", version=1, seconds=seconds, nanoseconds=nanoseconds,
-        latitude=latitude, longitude=longitude, yaw=degrees[:, 0] % 360, pitch=degrees[:, 1], roll=degrees[:, 2],
-        heave=heave, delayed_seconds=seconds, delayed_nanoseconds=nanoseconds, delayed_heave=heave,
+        status=NO_ACCELERATION | NO_ERRORS, latitude=latitude, longitude=longitude, ellipsoid_height=-999.0,
+        yaw=(degrees[:, 0] + np.degrees(turn)) % 360, pitch=degrees[:, 1], roll=degrees[:, 2],
+        heave=heave, yaw_rate=np.degrees(turn_rate[:, 0]), pitch_rate=np.degrees(turn_rate[:, 1]),
+        roll_rate=np.degrees(turn_rate[:, 2]), velocity_down=velocity[:, 2],
+        velocity_north=velocity[:, 0] * to_north - velocity[:, 1] * to_east,
+        velocity_east=velocity[:, 0] * to_east + velocity[:, 1] * to_north,
+        delayed_seconds=seconds, delayed_nanoseconds=nanoseconds, delayed_heave=heave,
     )  # fmt: skip
     info = _record(layouts.ATTITUDE_INFO, status=1, format=1, count=time.size, sample_size=layouts.ATTITUDE.itemsize,
-                   contents=0x7F)  # fmt: skip
+                   contents=AVAILABLE)  # fmt: skip
     return info + samples
 
 
@@ -212,21 +242,23 @@ def _soundings(survey: Survey, number: int, swath: Swath) -> bytes:
     latitude, longitude, heading = (float(column[0]) for column in _fix(survey, slice(number, number + 1)))
     widths = _widths(survey)
     edge = float(np.degrees(swath.angle[-1]))
-    depth = float(survey.position[number, 2])
+    depth, lean = float(survey.position[number, 2]), pose_rotation(0.0, *survey.attitude[number, 1:])
+    across = np.clip(np.nan_to_num(swath.sounding[:, 1]), -32768, 32767)
     ping = _record(
         layouts.PING, ping_rate=1 / (survey.ping_interval or 1.0), beam_spacing=1, depth_mode=100,
         frequency_mode=pulse.frequency, lowest_frequency=pulse.frequency, highest_frequency=pulse.frequency,
-        pulse_length=pulse.duration, effective_pulse_length=pulse.duration, bandwidth=_bandwidth(survey),
+        pulse_length=pulse.duration, effective_pulse_length=1 / _bandwidth(survey), bandwidth=_bandwidth(survey),
+        absorption=1e3 * _absorption(survey), port_metres=round(across.min()), starboard_metres=round(across.max()),
         port_edge=edge, starboard_edge=-edge, port_coverage=edge, starboard_coverage=-edge, tx_beam_width=widths[0],
         rx_beam_width=widths[1], sectors=1, sector_size=layouts.SECTOR.itemsize, heading=heading,
-        sound_speed=surface_speed(survey, number), transducer_depth=depth + arrays(survey).transmitter[2],
+        sound_speed=surface_speed(survey, number), transducer_depth=depth + (lean @ arrays(survey).transmitter)[2],
         water_level=-depth, position_method=1, latitude=latitude, longitude=longitude, ellipsoid_height=-999.0,
     )  # fmt: skip
     about = np.frombuffer(ping, layouts.PING).copy()
     about["size"] += LATER_FIELDS
     sector = _record(
         layouts.SECTOR, source_level=scenario.sonar.source_level_db, frequency=pulse.frequency,
-        bandwidth=_bandwidth(survey), pulse_length=pulse.duration, effective_pulse_length=pulse.duration,
+        bandwidth=_bandwidth(survey), pulse_length=pulse.duration, effective_pulse_length=1 / _bandwidth(survey),
         waveform={"cw": 0, "lfm": 1 if pulse.sweep == "up" else 2}[pulse.kind],
     )  # fmt: skip
     table, image = _detections(survey, number, swath)
@@ -250,10 +282,11 @@ def _detections(survey: Survey, number: int, swath: Swath) -> tuple[NDArray[Any]
     latitude, longitude = survey.frame.geodetic(*world_position)
     vessel = survey.frame.geodetic(np.array([north]), np.array([east]))
     time, start = np.where(detected, swath.travel_time, 0.0), float(survey.recording["time"].values[0])
-    strength = _strength(survey, swath, time)
+    gain = _strength_gain(survey, swath)
+    strength = np.maximum(swath.level, -300.0) + gain - survey.scenario.sonar.source_level_db
     sample = np.clip(np.rint((time - start) / survey.sample_interval).astype(int), 0, strength.shape[1] - 1)
-    near = _image_spans(swath, sample, detected)
-    level = np.where(detected, strength[np.arange(time.size), sample], 0.0)
+    near, first = _image_spans(swath, sample, detected), _first_sample(survey)
+    level, gain = (np.where(detected, values[np.arange(time.size), sample], 0.0) for values in (strength, gain))
     speed = float(surface_speed(survey, number))
     spread = np.where(detected, np.nan_to_num(swath.deviation) * speed / 2, 0.0)
     fields = {
@@ -262,17 +295,18 @@ def _detections(survey: Survey, number: int, swath: Swath) -> tuple[NDArray[Any]
         "quality": 100 * spread / np.maximum(np.linalg.norm(point, axis=1), 1e-3), "sensitivity": SENSITIVITY,
         "vertical_uncertainty": spread * np.cos(swath.angle),
         "horizontal_uncertainty": spread * np.abs(np.sin(swath.angle)),
-        "water_column_beam": np.arange(time.size), "water_column_sample": np.minimum(sample, 65535),
+        "water_column_beam": np.arange(time.size), "water_column_sample": np.where(detected, first + sample, 0),
         "water_column_angle": -np.degrees(swath.vertical_angle), "absorption": 1e3 * _absorption(survey),
-        "level1": level, "level2": level, "source_level": survey.scenario.sonar.source_level_db,
+        "level1": level, "level2": level, "tvg": gain, "source_level": survey.scenario.sonar.source_level_db,
         "angle": -np.degrees(swath.angle), "delta_latitude": np.where(detected, latitude - vessel[0], 0.0),
         "delta_longitude": np.where(detected, longitude - vessel[1], 0.0), "forward": point[:, 0],
-        "starboard": point[:, 1], "down": point[:, 2], "first_sample": near[:, 0], "centre_sample": sample - near[:, 0],
+        "starboard": point[:, 1], "down": point[:, 2], "first_sample": np.where(detected, first + near[:, 0], 0),
+        "centre_sample": np.where(detected, sample - near[:, 0], 0),
         "sample_count": near[:, 1] - near[:, 0],
     }  # fmt: skip
     for name, values in fields.items():
         table[name] = values
-    rows = [strength[beam, first:last] for beam, (first, last) in enumerate(near)]
+    rows = [strength[beam, start:stop] for beam, (start, stop) in enumerate(near)]
     image = np.rint(10 * np.clip(np.concatenate(rows), -3276, 3276)).astype("<i2")
     return table, image
 
@@ -285,10 +319,11 @@ def _image_spans(swath: Swath, sample: NDArray[np.int64], detected: NDArray[np.b
     return np.where(detected[:, None], np.stack([low, high], axis=1), 0)
 
 
-def _strength(survey: Survey, swath: Swath, time: Floats) -> Floats:
-    """Backscatter strength of every sample [dB]: sonar equation with the area of pulse or beams on a flat bed.
+def _strength_gain(survey: Survey, swath: Swath) -> Floats:
+    """Gain from echo level to backscatter strength plus source level at every sample [dB], shape (beam, time).
 
-    Source: Urick (1983), Principles of Underwater Sound, ch. 8.
+    It is the sonar equation with the area of pulse or beams on a flat bed. Source: Urick (1983), Principles of
+    Underwater Sound, ch. 8.
     """
     speed, (along, across) = survey.scenario.water.sound_speed, np.radians(_widths(survey))
     slant = np.maximum(np.asarray(survey.recording["time"].values, float) * speed / 2, 0.1)
@@ -296,15 +331,18 @@ def _strength(survey: Survey, swath: Swath, time: Floats) -> Floats:
     pulse = speed / 2 / _bandwidth(survey) / np.sin(angle)
     beam = across * slant / np.cos(np.minimum(angle, 1.4)) ** 2
     area = along * slant * np.minimum(pulse, beam)
-    loss = 40 * np.log10(slant) + 2 * _absorption(survey) * slant - survey.scenario.sonar.source_level_db
-    return np.asarray(np.maximum(swath.level, -300.0) + loss - 10 * np.log10(area), float)
+    return np.asarray(40 * np.log10(slant) + 2 * _absorption(survey) * slant - 10 * np.log10(area), float)
+
+
+def _first_sample(survey: Survey) -> int:
+    """Number of the first sample, counted from the start of transmission."""
+    return round(float(survey.recording["time"].values[0]) / survey.sample_interval)
 
 
 def _water_column(survey: Survey, number: int, swath: Swath) -> bytes:
     """Body of an #MWC datagram."""
-    rate, start = 1 / survey.sample_interval, float(survey.recording["time"].values[0])
+    rate, first = 1 / survey.sample_interval, _first_sample(survey)
     counts = np.clip(np.rint(2 * (swath.level + water_column_gain(survey))), -128, 127).astype(np.int8)
-    first = round(start * rate)
     tx = _record(layouts.WATER_TX, sectors=1, sector_size=layouts.WATER_SECTOR.itemsize,
                  heave=survey.position[number, 2] - survey.position[:, 2].mean())  # fmt: skip
     sector = _record(layouts.WATER_SECTOR, frequency=survey.scenario.sonar.pulse.frequency,
@@ -313,17 +351,16 @@ def _water_column(survey: Survey, number: int, swath: Swath) -> bytes:
         layouts.WATER_RX, beams=len(counts), beam_size=layouts.WATER_BEAM.itemsize, tvg_exponent=GAIN_EXPONENT,
         tvg_offset=_offset(survey), sample_rate=rate, sound_speed=surface_speed(survey, number),
     )  # fmt: skip
-    return b"".join([_body(survey, number), tx, sector, rx, *_beams(swath, counts, first, start * rate, rate)])
+    return b"".join([_body(survey, number), tx, sector, rx, *_beams(swath, counts, first, rate)])
 
 
-def _beams(swath: Swath, counts: NDArray[np.int8], first: int, start: float, rate: float) -> Iterator[bytes]:
-    """Beams of the water column with their samples."""
-    has_detection = np.isfinite(swath.travel_time)
-    detected = np.where(has_detection, np.nan_to_num(swath.travel_time) * rate, 0.0)
+def _beams(swath: Swath, counts: NDArray[np.int8], first: int, rate: float) -> Iterator[bytes]:
+    """Beams of the water column with their samples, whose numbers count from the start of transmission."""
+    detected = np.nan_to_num(swath.travel_time) * rate
     for beam, samples in enumerate(counts):
         yield _record(
             layouts.WATER_BEAM, angle=-np.degrees(swath.vertical_angle[beam]), first_sample=first,
-            detected=max(round(float(detected[beam]) - start), 0) if has_detection[beam] else 0,
+            detected=round(float(detected[beam])),
             sample_count=samples.size, detected_range=detected[beam],
         )  # fmt: skip
         yield samples.tobytes()
