@@ -131,6 +131,42 @@ def test_hostile_datagrams_are_refused_or_dropped(scanning):
     assert next(messages(out.recv(4096))).number == 5
 
 
+def replies(device, *sent):
+    """Replies of a device to messages, one datagram each."""
+    out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    out.settimeout(20)
+    found = []
+    for message in sent:
+        out.sendto(packed(message), device.address)
+        found.append(next(messages(out.recv(4096))))
+    return found
+
+
+def test_a_refused_command_changes_no_setting(scanning):
+    """One value out of range, at the end of the message: a refusal, and the measurement has the settings before."""
+    good = struct.pack("<BBHHHHHBB", 1, 1, 10, 100, 80, 500, 200, 0, 0)
+    wrong = [
+        Message(2601, struct.pack("<BBHHHHHBB", 1, 2, 400, 100, 90, 600, 300, 0, 0)),
+        Message(2601, struct.pack("<BBHHHHHBB", 1, 2, 20, 100, 90, 600, 100, 0, 0)),
+        Message(2602, struct.pack("<BBHHHHHHBB", 1, 2, 100, 90, 600, 300, 1, 2, 11, 0)),
+        Message(2602, struct.pack("<BBHHHHHHBB", 1, 2, 100, 90, 600, 300, 1, 2, 1, 101)),
+    ]
+    before, *refusals, after = replies(scanning, Message(2601, good), *wrong, Message(6, struct.pack("<H", 2300)))
+    assert [reply.number for reply in (before, *refusals, after)] == [2300, 2, 2, 2, 2, 2300]
+    assert after.payload == before.payload
+
+
+def test_reserved_numbers_of_a_device_are_refused(scanning, echosounder):
+    """0 is unknown and 255 addresses all: 1 to 254 for all devices, 0 to 254 for a Ping1D's own message."""
+    for device, kind, form, allowed in (
+        (scanning, 100, "<B", (1, 254)), (scanning, 2000, "<Bx", (1, 254)), (echosounder, 1000, "<B", (0, 254)),
+    ):  # fmt: skip
+        found = replies(device, *(Message(kind, struct.pack(form, number)) for number in (0, 1, 254, 255)))
+        assert [reply.number for reply in found] == [1 if number in range(allowed[0], 255) else 2
+                                                     for number in (0, 1, 254, 255)]  # fmt: skip
+        assert [reply.source for reply in found][1:] == [1, 254, 254]
+
+
 def test_a_datagram_full_of_headers_costs_no_more_than_its_length():
     """60 000 bytes that are all starts of whole messages: a tenth of a second, not a sum for each start."""
     begin = time.process_time()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from insonify.real_time.ping_device import FIRMWARE, PingDevice
+from insonify.real_time.ping_device import DEVICE_NUMBERS, FIRMWARE, PingDevice, in_range
 from insonify.real_time.ping_protocol import Message
 
 SETS = {1000: "B", 1001: "II", 1002: "I", 1003: "B", 1004: "H", 1005: "B", 1006: "B"}
@@ -84,7 +84,7 @@ class Ping1D(PingDevice):
     def _set(self, number: int, *values: int) -> None:
         first = values[0]
         if number == 1000:
-            self.number_of_device = first
+            self.number_of_device = in_range("device_id", first, (0, DEVICE_NUMBERS[1]))
         elif number == 1001:
             if values[1] < 1000 or first + values[1] > 300_000:
                 raise ValueError(f"scan_length is {values[1]} mm from {first} mm; give 1000 mm or more, up to 300 m")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from insonify.real_time.ping_device import PingDevice
+from insonify.real_time.ping_device import DEVICE_NUMBERS, PingDevice, in_range
 from insonify.real_time.ping_protocol import Message
 
 SET_DEVICE_ID, DEVICE_DATA, AUTO_DEVICE_DATA = 2000, 2300, 2301
@@ -61,17 +61,20 @@ class Ping360(PingDevice):
         """Set and transmit, scan a sector, or stop."""
         if message.number == TRANSDUCER:
             _, gain, angle, duration, period, frequency, count, transmit, _ = SETTINGS.unpack(message.payload)
+            in_range("angle", angle, (0, GRADIANS - 1))
             self._set(gain, duration, period, frequency, count)
-            self._angle = _in_range("angle", angle, (0, GRADIANS - 1))
+            self._angle = angle
             self._data = self._measure() if transmit else b""
             return [Message(DEVICE_DATA, self.report(DEVICE_DATA) or b"")]
         if message.number == AUTO_TRANSMIT:
             _, gain, duration, period, frequency, count, *scan = AUTO_SETTINGS.unpack(message.payload)
-            self._set(gain, duration, period, frequency, count)
             first, last, step, delay = scan
             for angle in (first, last):
-                _in_range("angle", angle, (0, GRADIANS - 1))
-            self._scan = first, last, _in_range("num_steps", step, (1, 10)), _in_range("delay", delay, (0, 100))
+                in_range("angle", angle, (0, GRADIANS - 1))
+            in_range("num_steps", step, (1, 10))
+            in_range("delay", delay, (0, 100))
+            self._set(gain, duration, period, frequency, count)
+            self._scan = first, last, step, delay
             self._angle, self._sense, self._due, self._reader = first, 1, time.monotonic(), self._sender
             return []
         if message.number == MOTOR_OFF:
@@ -82,7 +85,8 @@ class Ping360(PingDevice):
             self._initial()
             return [self.acknowledgement(RESET)]
         if message.number == SET_DEVICE_ID:
-            self.number_of_device, _ = struct.unpack("<BB", message.payload)
+            number, _ = struct.unpack("<BB", message.payload)
+            self.number_of_device = in_range("id", number, DEVICE_NUMBERS)
             return [self.acknowledgement(SET_DEVICE_ID)]
         return super().command(message)
 
@@ -104,15 +108,16 @@ class Ping360(PingDevice):
         return [sent]
 
     def _set(self, gain: int, duration: int, period: int, frequency: int, count: int) -> None:
-        self._gain = _in_range("gain_setting", gain, (0, 2))
+        """Settings, all of them or, where one is out of range, none."""
+        in_range("gain_setting", gain, (0, 2))
         if (frequency, duration) != self._own:  # a scenario may have a pulse that the device has not
-            _in_range("transmit_frequency", frequency, FREQUENCIES)
-            _in_range("transmit_duration", duration, DURATIONS)
-        self._period, self._count = (
-            _in_range("sample_period", period, PERIODS),
-            _in_range("number_of_samples", count, SAMPLES),
-        )
-        self._frequency, self._duration = frequency, duration
+            in_range("transmit_frequency", frequency, FREQUENCIES)
+            in_range("transmit_duration", duration, DURATIONS)
+        in_range("sample_period", period, PERIODS)
+        in_range("number_of_samples", count, SAMPLES)
+        self._gain, self._duration, self._period, self._frequency, self._count = (
+            gain, duration, period, frequency, count
+        )  # fmt: skip
 
     def _measure(self) -> bytes:
         """Samples of one ping at the present angle."""
@@ -127,9 +132,3 @@ class Ping360(PingDevice):
         time_axis, power = self.intensity(self._angle * 2 * np.pi / GRADIANS, changes)
         at = (np.arange(self._count) + 0.5) * self._period * PERIOD
         return self.samples(np.interp(at, time_axis, power, left=0.0, right=0.0), GAIN_DB[self._gain])
-
-
-def _in_range(name: str, value: int, limits: tuple[int, int]) -> int:
-    if not limits[0] <= value <= limits[1]:
-        raise ValueError(f"{name} is {value}, not {limits[0]} to {limits[1]}")
-    return value

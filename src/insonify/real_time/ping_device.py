@@ -29,6 +29,8 @@ SPAN_DB = 60.0
 FULL_SCALE_BELOW_SOURCE_DB = 40.0
 """Level of the sample 255 at the middle gain, below the source level [dB]: the maker publishes none."""
 
+DEVICE_NUMBERS = (1, 254)
+"""Least and greatest number of a device: 0 is unknown, 255 addresses all."""
 MAX_MESSAGES = 16
 """Messages of one datagram that get replies: each may take a ping, and a datagram holds thousands."""
 
@@ -104,7 +106,8 @@ class PingDevice(SocketServer):
         """Replies to a command; None: the device has no such command."""
         if message.number != protocol.SET_ANY_DEVICE_ID:
             return None
-        (self.number_of_device,) = struct.unpack("<B", message.payload)
+        (number,) = struct.unpack("<B", message.payload)
+        self.number_of_device = in_range("device_id", number, DEVICE_NUMBERS)
         return [self.acknowledgement(message.number)]
 
     @abstractmethod
@@ -189,6 +192,22 @@ class PingDevice(SocketServer):
                 self._socket.sendto(protocol.packed(message._replace(source=self.number_of_device)), reader)
             except OSError:  # the port is closed
                 continue
+
+
+def in_range(name: str, value: int, limits: tuple[int, int]) -> int:
+    """Value of a setting.
+
+    Args:
+        name: Its name in the message definitions.
+        value: Its value.
+        limits: Least and greatest value.
+
+    Raises:
+        ValueError: The value is out of range.
+    """
+    if not limits[0] <= value <= limits[1]:
+        raise ValueError(f"{name} is {value}, not {limits[0]} to {limits[1]}")
+    return value
 
 
 def track_pose(scenario: Scenario, elapsed: float) -> dict[str, Any]:
