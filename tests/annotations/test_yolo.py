@@ -73,5 +73,6 @@ def test_data_yaml_lists_splits_and_classes(tmp_path):
     content = yaml.safe_load(file.read_text())
     assert content["names"] == dict(enumerate(CLASSES))
     assert (content["train"], content["val"]) == ("images/train", "images/val")
+    assert "path" not in content  # readers take a relative one as in a folder of their own, none as the file's
     assert (tmp_path / "labels/val/image001.txt").read_text() == ""
     assert (tmp_path / "images/val/image001.png").is_file()

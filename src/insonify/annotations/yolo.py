@@ -53,7 +53,7 @@ def write_yolo_data(directory: str | Path) -> Path:
     paths = {split: f"images/{split}" for split in splits}
     paths.setdefault("val", next(iter(paths.values())))  # both are required of every data set
     paths.setdefault("train", paths["val"])
-    content = {"path": ".", **paths, "names": dict(enumerate(CLASSES))}
+    content = {**paths, "names": dict(enumerate(CLASSES))}  # without `path` they are relative to the folder of the file
     file = folder / FILE
     file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
     return file
