@@ -51,6 +51,12 @@ def test_another_reader_finds_every_sample_and_setting(sound, tmp_path, name):
     attitude = np.radians([[part.Heading, part.Pitch, part.Roll] for part in kinds["attitude"]])
     np.testing.assert_allclose(attitude, sound.logged_attitude, atol=1e-6)
     assert np.ptp(attitude[:, 2]) > 0.01  # the signs were put to the test
+    clock = np.rint(1e3 * sound.ping_time.values)
+    assert clock[-1] == 500
+    for parts, tag in ((sent, "AttitudeTimeTag"), (sent, "NavFixMilliseconds"), (kinds["attitude"], "TimeTag"),
+                       (kinds["navigation"], "TimeTag")):  # fmt: skip
+        np.testing.assert_array_equal([getattr(part, tag) for part in parts], clock)  # joins attitudes to pings
+    assert [ping.FixTimeHsecond for ping in sent] == [ping.HSeconds for ping in sent] == (clock // 10).tolist()
 
 
 def test_this_reader_returns_navigation_and_image(sound, tmp_path):

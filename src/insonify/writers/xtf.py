@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from insonify.formats.instruments import xtf_layouts as layouts
 from insonify.formats.store_description import StoreError
 from insonify.sonar.array import LineArray, PlanarArray
-from insonify.surveys.survey import Survey
+from insonify.surveys.survey import START, Survey
 
 MAGIC, PADDING, HEADER = 0xFACE, 64, 1024
 KNOT = 1852 / 3600
@@ -141,7 +141,10 @@ def _packet(record: NDArray[Any], kind: int, survey_time: float, body: bytes = b
     dates = {
         "hundredths": when.microsecond // 10_000, "milliseconds": when.microsecond // 1000,
         "microseconds": when.microsecond, "epoch": int(when.timestamp()), "julian_day": when.timetuple().tm_yday,
+        "fix_hour": when.hour, "fix_minute": when.minute, "fix_second": when.second,
+        "fix_hundredths": when.microsecond // 10_000,
     }  # fmt: skip
+    dates |= dict.fromkeys(("tag", "attitude_tag", "fix_tag"), round(1e3 * (survey_time - START)) % 2**32)
     dates |= {name: getattr(when, name) for name in ("year", "month", "day", "hour", "minute", "second")}
     for name, value in ({"magic": MAGIC, "kind": kind, "size": content} | dates).items():
         if name in names:

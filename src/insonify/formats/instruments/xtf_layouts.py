@@ -22,9 +22,10 @@ PING = layout(
     "u2 magic; u1 kind channel; u2 channels; V4 spare; u4 size;" + DATE + " hundredths; u2 julian_day; u4 event ping;"
     "f4 sound_speed tide; V4 spare2; f4 conductivity_frequency temperature_frequency pressure_frequency "
     "pressure_temperature conductivity temperature pressure computed_sound_speed; V36 sensors; f4 speed_log turbidity "
-    "ship_speed ship_heading; f8 ship_latitude ship_longitude; u2 ship_altitude ship_depth; V4 fix; f4 speed kp;"
+    "ship_speed ship_heading; f8 ship_latitude ship_longitude; u2 ship_altitude ship_depth;"
+    "u1 fix_hour fix_minute fix_second fix_hundredths; f4 speed kp;"
     "f8 latitude longitude; u2 status range_to_fish bearing_to_fish cable_out; f4 layback cable_tension sensor_depth "
-    "altitude auxiliary_altitude pitch roll heading heave yaw; V32 rest"
+    "altitude auxiliary_altitude pitch roll heading heave yaw; u4 attitude_tag; f4 off_track; u4 fix_tag; V20 rest"
 )
 PING_CHANNEL = layout(
     "u2 channel downsampling; f4 slant_range ground_range time_delay time_duration ping_interval; u2 processing "
