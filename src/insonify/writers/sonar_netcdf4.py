@@ -1,7 +1,8 @@
 """SONAR-netCDF4 2.0 of the International Council for the Exploration of the Sea, with complex samples.
 
 ICES (2022), The SONAR-netCDF4 convention for sonar data, version 2.0, Cooperative Research Report 341, tables of the
-groups. Samples are received pressures, for which equation type 2 holds with a sensitivity of 0 dB re 1/uPa and no gain.
+groups. Samples are received rms pressures. Equation type 2 takes the root of two off their amplitudes, which are peaks
+to it: it holds with a sensitivity of -3 dB re 1/uPa and no gain.
 """
 
 from collections.abc import Mapping
@@ -12,9 +13,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.frames import mounting_rotation
-from insonify.sonar.array import LineArray, PlanarArray
+from insonify.frames import mounting_rotation, pose_rotation
+from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
+from insonify.sonar.beam import beams
+from insonify.sonar.pulse import energy_duration
+from insonify.sonar.sonar import Sonar
 from insonify.surveys.survey import Survey
+from insonify.writers.sonar_netcdf4_attributes import (
+    ATTITUDE,
+    BEAMS,
+    ENVIRONMENT,
+    GYRO,
+    PLATFORM,
+    POSITION,
+    SUBSTITUTE,
+    Attributes,
+)
 
 Floats = NDArray[np.float64]
 
@@ -28,21 +42,15 @@ ENUMS = {
     "beam_stabilisation_t": {"not_stabilised": 0, "stabilised": 1},
     "beam_t": {"single": 0, "split_aperture_angles": 1, "split_aperture_4_subbeams": 2, "split_aperture_3_subbeams": 3,
                "split_aperture_3_1_subbeams": 4},
-    "conversion_equation_t": {"type_1": 1, "type_2": 2, "type_3": 3, "type_4": 4},
+    "conversion_equation_t": {f"type_{number}": number for number in range(1, 7)},
     "transmit_t": {"CW": 0, "LFM": 1, "HFM": 2},
 }  # fmt: skip
-TIME = {
-    "axis": "T",
-    "calendar": "gregorian",
-    "standard_name": "time",
-    "units": "nanoseconds since 1970-01-01 00:00:00Z",
-}
-ALONG = {"coordinates": "ping_time platform_latitude platform_longitude"}
-DEGREES, SECONDS, HERTZ, METRES = (dict[str, Any](units=unit) for unit in ("arc_degree", "s", "Hz", "m"))
-TURN, TILT = (
-    DEGREES | {"valid_range": np.array([-180, 180], np.float32)},
-    DEGREES | {"valid_range": np.array([-90, 90], np.float32)},
-)
+RMS_SENSITIVITY = -10 * np.log10(2.0)
+"""Sensitivity of samples that are rms values, in an equation that takes them for peaks [dB re 1/uPa]."""
+LEVEL = 1e-7
+"""Cosine of theta below which a beam is level [1]."""
+TRANSMITS, RECEIVES, BOTH = 1, 0, 3
+"""Functions of transducers."""
 
 
 def write_sonar_netcdf4(survey: Survey, path: Path) -> None:
@@ -73,11 +81,12 @@ def write_sonar_netcdf4(survey: Survey, path: Path) -> None:
         _beam_group(survey, sonar.createGroup("Beam_group1"), types)
 
 
-def _put(group: Any, name: str, kind: Any, dims: tuple[str, ...], values: Any, about: Mapping[str, Any]) -> None:
+def _put(
+    group: Any, name: str, kind: Any, dims: tuple[str, ...], values: Any, about: Attributes, fill: Any = None
+) -> None:
     """Variable with its attributes; one value is repeated over the dimensions."""
-    fill = about.get("_FillValue")
     variable = group.createVariable(name, kind, dims, fill_value=fill)
-    variable.setncatts({key: value for key, value in about.items() if key != "_FillValue"})
+    variable.setncatts(dict(about))
     shape = tuple(variable.shape)
     if kind is str:
         variable[:] = np.array(values, object)
@@ -113,52 +122,76 @@ def _environment(survey: Survey, file: Any) -> None:
     water, frequency = survey.scenario.water, survey.scenario.sonar.pulse.frequency
     group = file.createGroup("Environment")
     group.createDimension("frequency", 1)
-    sound = {"long_name": "Acoustic frequency", "standard_name": "sound_frequency"} | HERTZ
-    _put(group, "frequency", "f4", ("frequency",), frequency, sound)
-    loss: dict[str, Any] = {"long_name": "Indicative acoustic absorption", "units": "dB/m", "valid_min": 0.0}
-    _put(group, "absorption_indicative", "f4", ("frequency",), float(water.absorption(frequency)), loss)
-    speed = {"long_name": "Indicative sound speed", "standard_name": "speed_of_sound_in_sea_water", "units": "m/s",
-            }  # fmt: skip
-    _put(group, "sound_speed_indicative", "f4", (), water.sound_speed, speed)
+    values = {"frequency": frequency, "absorption_indicative": float(water.absorption(frequency))}
+    for name, value in values.items():
+        _put(group, name, "f4", ("frequency",), value, ENVIRONMENT[name])
+    speed = "sound_speed_indicative"
+    _put(group, speed, "f4", (), water.sound_speed, ENVIRONMENT[speed])
+
+
+def transducers(survey: Survey) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
+    """Transmit and receive transducers: elements where the channels are elements.
+
+    Args:
+        survey: Recording on one platform.
+
+    Returns:
+        Positions, forward, starboard, down [m], shape (transducer, 3); the numbers of the transmitting and of the
+        receiving one of each channel, each of shape (channel,).
+    """
+    receiving = np.asarray(survey.recording["element_position"].values, float)
+    sides = survey.scenario.sonar.side_sonars
+    sending = np.repeat([side.transmit.offset for side in sides], [side.beam_count for side in sides], axis=0)
+    ends = np.round(np.concatenate([sending, receiving]), 9) + 0.0
+    positions, number = np.unique(ends, axis=0, return_inverse=True)
+    number = number.reshape(2, -1)
+    return positions, number[0], number[1]
 
 
 def _platform(survey: Survey, file: Any) -> None:
-    """Sensors and transducer of the platform, with positions and attitudes over time."""
-    sonar = survey.scenario.sonar
+    """Sensors and transducers of the platform, with positions and attitudes over time."""
     group = file.createGroup("Platform")
     group.setncatts({"platform_name": "simulated platform", "platform_type": "", "platform_code_ICES": ""})
-    kinds = group.createEnumType(np.int8, "transducer_type_t", {"receive_only": 0, "transmit_only": 1, "monostatic": 3})
-    offsets = {"transducer": sonar.transmit.offset, "position": (0.0, 0.0, 0.0), "MRU": (0.0, 0.0, 0.0)}
-    for sensor, offset in offsets.items():
-        group.createDimension(sensor, 1)
-        _put(group, f"{sensor}_ids", str, (sensor,), [SENSOR if sensor != "transducer" else "1"], {})
-        for axis, value in zip("xyz", offset, strict=True):
-            about = METRES | {"long_name": f"Distance along the {axis}-axis from the platform origin to the {sensor}"}
-            _put(group, f"{sensor}_offset_{axis}", "f4", (sensor,), value, about)
-            if sensor != "position":
-                about = TURN | {"long_name": f"Extrinsic rotation of the {sensor} about the {axis}-axis"}
-                _put(group, f"{sensor}_rotation_{axis}", "f4", (sensor,), 0.0, about)
-    function = {"long_name": "Transducer function (transmit_only, receive_only, monostatic)"}
-    _put(group, "transducer_function", kinds, ("transducer",), 3, function)
-    _put(group, "water_level", "f4", (), 0.0, METRES | {"long_name": "Distance from the origin to the water level"})
+    kinds = group.createEnumType(
+        np.int8, "transducer_type_t", {"receive_only": RECEIVES, "transmit_only": TRANSMITS, "monostatic": BOTH}
+    )
+    positions, sending, receiving = transducers(survey)
+    origin = np.zeros((1, 3))
+    for sensor, offsets in {"transducer": positions, "position": origin, "MRU": origin, "gyro": origin}.items():
+        group.createDimension(sensor, len(offsets))
+        names = [str(number + 1) for number in range(len(offsets))] if sensor == "transducer" else [SENSOR]
+        _put(group, f"{sensor}_ids", str, (sensor,), names, {})
+        for axis, values in zip("xyz", offsets.T, strict=True):
+            _put(group, f"{sensor}_offset_{axis}", "f4", (sensor,), values, PLATFORM[f"{sensor}_offset_{axis}"])
+            if (name := f"{sensor}_rotation_{axis}") in PLATFORM:
+                _put(group, name, "f4", (sensor,), 0.0, PLATFORM[name])
+    number = np.arange(len(positions))
+    function = np.where(np.isin(number, receiving), np.where(np.isin(number, sending), BOTH, RECEIVES), TRANSMITS)
+    for name, kind, dims, values in (
+        ("transducer_function", kinds, ("transducer",), function), ("water_level", "f4", (), 0.0),
+    ):  # fmt: skip
+        _put(group, name, kind, dims, values, PLATFORM[name])
+    _sensors(survey, group)
+
+
+def _sensors(survey: Survey, group: Any) -> None:
+    """Logged positions, attitudes and headings over time."""
     latitude, longitude, heading = _pose_on_earth(survey)
-    positions = group.createGroup("Positions").createGroup(SENSOR)
-    attitudes = group.createGroup("Attitudes").createGroup(SENSOR)
-    for sensor_group in (positions, attitudes):
-        sensor_group.createDimension("time", survey.rows.size)
-        _put(sensor_group, "time", "u8", ("time",), _nanoseconds(survey), TIME | {"long_name": "Timestamps"})
-    for name, values, unit in (("latitude", latitude, "degrees_north"), ("longitude", longitude, "degrees_east")):
-        about = {"long_name": name, "units": unit, "coordinates": "time latitude longitude", "_FillValue": np.nan}
-        _put(positions, name, "f8", ("time",), values, about)
-    _put(positions, "speed_over_ground", "f4", ("time",), survey.speed, {"units": "m/s"})
     pitch, roll = np.degrees(survey.attitude[:, 1:]).T
-    for name, values, about in (
-        ("heading", heading, {"units": "degrees_north", "long_name": "Platform heading(true)"}),
-        ("pitch", pitch, TILT | {"long_name": "pitch angle"}),
-        ("roll", roll, DEGREES | {"long_name": "roll angle"}),
-        ("vertical_offset", -survey.position[:, 2], METRES | {"long_name": "Platform vertical offset from nominal"}),
-    ):
-        _put(attitudes, name, "f4", ("time",), values, about)
+    depth = survey.position[:, 2]
+    columns = {
+        "Position": (POSITION, {"latitude": latitude, "longitude": longitude, "altitude": -depth,
+                                "speed_over_ground": survey.speed}),
+        "Attitude": (ATTITUDE, {"heading": heading, "pitch": pitch, "roll": roll, "vertical_offset": -depth}),
+        "Gyro": (GYRO, {"heading": heading}),
+    }  # fmt: skip
+    for kind, (attributes, series) in columns.items():
+        sensor = group.createGroup(kind).createGroup(SENSOR)
+        sensor.createDimension("time", survey.rows.size)
+        _put(sensor, "time", "u8", ("time",), _nanoseconds(survey), attributes["time"])
+        for name, values in series.items():
+            is_angle = name in ("latitude", "longitude")
+            _put(sensor, name, "f8" if is_angle else "f4", ("time",), values, attributes[name], np.nan)
 
 
 def _pose_on_earth(survey: Survey) -> tuple[Floats, Floats, Floats]:
@@ -175,22 +208,47 @@ def _nanoseconds(survey: Survey) -> NDArray[np.uint64]:
     return np.asarray(whole + np.round(since * 1e9).astype(np.uint64))
 
 
-def beam_rotations(survey: Survey) -> Floats:
-    """Rotations phi, theta, psi of the beams about the platform's x, y, z [deg], shape (channel, 3).
+def beam_rotations(survey: Survey) -> tuple[Floats, Floats]:
+    """Rotations phi, theta, psi of the beams about the platform's x, y, z [deg].
 
     A beam points along its z axis, and its y axis is to the right of it, along the array.
+
+    Args:
+        survey: Recording on one platform.
+
+    Returns:
+        Those of the transmit and of the receive beam of each channel, each of shape (channel, 3).
     """
-    rotations: list[tuple[float, float, float]] = []
-    steer = np.asarray(survey.recording["steer"].values, float)
+    ends: tuple[list[Floats], list[Floats]] = ([], [])
     for sonar in survey.scenario.sonar.side_sonars:
-        boresight, right, down = mounting_rotation(sonar.mounting.bearing, sonar.mounting.tilt)
-        for angle in steer[len(rotations) : len(rotations) + sonar.beam_count]:
-            ahead = np.cos(angle) * boresight + np.sin(angle) * right
-            aside = np.cos(angle) * right - np.sin(angle) * boresight
-            axes = np.stack([-down, aside, ahead], axis=1)
-            phi, psi = np.arctan2(axes[2, 1], axes[2, 2]), np.arctan2(axes[1, 0], axes[0, 0])
-            rotations.append((phi, -np.arcsin(np.clip(axes[2, 0], -1, 1)), psi))
-    return np.degrees(np.array(rotations))
+        axes = mounting_rotation(sonar.mounting.bearing, sonar.mounting.tilt)
+        for rotations, steer in zip(ends, _steers(sonar, survey.scenario.water.sound_speed), strict=True):
+            rotations += [_rotation(axes, beam) for beam in np.broadcast_to(steer, (sonar.beam_count, 2))]
+    return np.degrees(np.array(ends[0])), np.degrees(np.array(ends[1]))
+
+
+def _steers(sonar: Sonar, speed: float) -> tuple[Floats, Floats]:
+    """Sines of the transmit and of the receive beams to the right and down of boresight, shape (beam, 2) each."""
+    ahead = np.zeros((1, 2))
+    transmit, receive = (
+        beams(array, sonar.pulse.frequency, speed).steer
+        if isinstance(array, LineArray | PlanarArray | PointTransducer) else ahead
+        for array in sonar.arrays
+    )  # fmt: skip
+    return transmit, ahead if sonar.receiver.record == "elements" else receive
+
+
+def _rotation(array: Floats, steer: Floats) -> Floats:
+    """Rotations phi, theta, psi [rad] of a beam, of the boresight, right, down of its array as rows."""
+    boresight, right, down = array
+    ahead = np.sqrt(max(1 - float(steer @ steer), 0.0)) * boresight + steer[0] * right + steer[1] * down
+    aside = right - (right @ ahead) * ahead
+    aside /= np.linalg.norm(aside)
+    axes = np.stack([np.cross(aside, ahead), aside, ahead], axis=1)
+    theta = -np.arcsin(np.clip(axes[2, 0], -1, 1))
+    if np.hypot(axes[2, 1], axes[2, 2]) < LEVEL:  # phi and psi turn about one line
+        return np.array([0.0, theta, np.arctan2(-axes[0, 1], axes[1, 1])])
+    return np.array([np.arctan2(axes[2, 1], axes[2, 2]), theta, np.arctan2(axes[1, 0], axes[0, 0])])
 
 
 def _beam_sizes(survey: Survey, array: Any) -> tuple[float, float, float]:
@@ -206,81 +264,89 @@ def _beam_sizes(survey: Survey, array: Any) -> tuple[float, float, float]:
 def _beam_group(survey: Survey, group: Any, types: Mapping[str, Any]) -> None:
     """Samples and settings of all channels."""
     recording = survey.recording
-    group.setncatts({"beam_mode": "inspection", "conversion_equation_type": np.int8(2), "preferred_MRU": np.int32(0),
-                     "preferred_position": np.int32(0)})  # fmt: skip
-    beams = recording.sizes["channel"]
-    for name, size in (("beam", beams), ("subbeam", 1), ("ping_time", None), ("tx_beam", beams)):
+    sensors = {f"preferred_{name}": np.int32(0) for name in ("MRU", "position", "gyro")}
+    group.setncatts({"beam_mode": "inspection", "conversion_equation_type": np.int8(2)} | sensors)
+    beam_count = recording.sizes["channel"]
+    for name, size in (("beam", beam_count), ("subbeam", 1), ("ping_time", None), ("tx_beam", beam_count)):
         group.createDimension(name, size)
-    names = [f"beam {number}" for number in range(beams)]
-    _put(group, "beam", str, ("beam",), names, {"long_name": "Beam name"})
+    names = [f"beam {number}" for number in range(beam_count)]
+    _put(group, "beam", str, ("beam",), names, BEAMS["beam"])
     time = group.createVariable("ping_time", "u8", ("ping_time",))
-    time.setncatts(TIME | ALONG | {"long_name": "Time-stamp of each ping"})
+    time.setncatts(dict(BEAMS["ping_time"]))
     time[:] = _nanoseconds(survey)
-    _put(group, "beam_type", types["beam_t"], (), 0, {"long_name": "Type of beam"})
-    for name, kind, dims, values, about in _settings(survey, types):
-        _put(group, name, kind, dims, values, about)
-    index = {"valid_min": np.int32(0)}
-    _put(group, "receive_transducer_index", "i4", ("beam",), 0, index)
+    _put(group, "beam_type", types["beam_t"], (), 0, BEAMS["beam_type"])
+    for name, kind, dims, values, more in _settings(survey, types):
+        _put(group, name, kind, dims, values, {**BEAMS[name], **more})
     parts = {"backscatter_r": np.real, "backscatter_i": np.imag} if "pressure" in recording else {
         "backscatter_r": np.sqrt}  # fmt: skip
     field = recording["pressure" if "pressure" in recording else "intensity"].transpose("ping", "channel", "time")
     stored = {}
-    for name in parts:
-        stored[name] = group.createVariable(name, types["sample_t"], ("ping_time", "beam", "subbeam"))
-        stored[name].setncatts({"long_name": f"Raw backscatter measurements ({parts[name].__name__} part)",
-                                "units": "uPa"})  # fmt: skip
+    dimensions = dict.fromkeys(parts, ("ping_time", "beam", "subbeam")) | {"time_varied_gain": ("ping_time",)}
+    for name, dims in dimensions.items():
+        stored[name] = group.createVariable(name, types["sample_t"], dims)
+        stored[name].setncatts(dict(BEAMS[name]))
+    no_gain = np.zeros(recording.sizes["time"], np.float32)
     for number, row in enumerate(survey.rows):
+        stored["time_varied_gain"][number] = no_gain
         values = field[int(row)].values
         for name, part in parts.items():
             samples = np.ascontiguousarray(part(values), np.float32)
-            for beam in range(beams):
+            for beam in range(beam_count):
                 stored[name][number, beam, 0] = samples[beam]
 
 
-def _settings(survey: Survey, types: Mapping[str, Any]) -> list[tuple[str, Any, tuple[str, ...], Any, dict[str, Any]]]:
-    """Name, type, dimensions, values and attributes of the variables that describe pings and beams."""
+def _effective_duration(survey: Survey) -> float:
+    """Duration of the square pulse of the energy of the received one [s]."""
+    sonar = survey.scenario.sonar
+    is_compressed = sonar.pulse.kind != "cw" and sonar.receiver.matched_filter
+    return 1 / sonar.pulse.bandwidth if is_compressed else energy_duration(sonar.pulse)
+
+
+def _settings(survey: Survey, types: Mapping[str, Any]) -> list[tuple[str, Any, tuple[str, ...], Any, Attributes]]:
+    """Name, type, dimensions, values and further attributes of the variables that describe pings and beams."""
     scenario, pulse = survey.scenario, survey.scenario.sonar.pulse
     start = float(survey.recording["time"].values[0])
     half = pulse.bandwidth / 2 * (1 if pulse.sweep == "up" else -1)
     ping, beam, sent = ("ping_time",), ("ping_time", "beam"), ("ping_time", "tx_beam")
     latitude, longitude, heading = _pose_on_earth(survey)
     receive, transmit = (_beam_sizes(survey, array) for array in (scenario.sonar.receive, scenario.sonar.transmit))
-    level = {"units": "dB re 1 uPa at 1m", "long_name": "Transmit source level"}
-    flags = {"flag_meanings": "no_non_quantitative_processing", "flag_values": np.int16(0)} | ALONG
-    settings: list[tuple[str, Any, tuple[str, ...], Any, dict[str, Any]]] = [
-        ("beam_stabilisation", types["beam_stabilisation_t"], ping, 0, ALONG),
+    flags = {"flag_meanings": "no_non_quantitative_processing", "flag_values": np.int16(0)}
+    positions, sending, receiving = transducers(survey)
+    lean = pose_rotation(np.zeros(survey.rows.size), *survey.attitude[:, 1:].T)
+    transmitter_depth = survey.position[:, 2] + (lean @ positions[sending[0]])[:, 2]
+    settings: list[tuple[str, Any, tuple[str, ...], Any, Attributes]] = [
+        ("beam_stabilisation", types["beam_stabilisation_t"], ping, 0, {}),
         ("non_quantitative_processing", "i2", ping, 0, flags),
-        ("sample_interval", "f4", ping, survey.sample_interval, SECONDS | ALONG),
-        ("sample_time_offset", "f4", sent, 0.0, SECONDS), ("blanking_interval", "f4", beam, start, SECONDS),
-        ("sample_count", "i4", beam, survey.recording.sizes["time"], {"units": "1"}),
-        ("beamwidth_receive_major", "f4", beam, receive[0], DEGREES),
-        ("beamwidth_receive_minor", "f4", beam, receive[1], DEGREES),
-        ("beamwidth_transmit_major", "f4", sent, transmit[0], DEGREES),
-        ("beamwidth_transmit_minor", "f4", sent, transmit[1], DEGREES),
-        ("equivalent_beam_angle", "f4", beam, receive[2], {"units": "sr", "substitute_value_used": np.int32(1)}),
-        ("gain_correction", "f4", beam, 0.0, {"units": "dB"}),
-        ("receiver_sensitivity", "f4", beam, 0.0, {"units": "dB re 1/uPa"}),
-        ("transmit_duration_nominal", "f4", sent, pulse.duration, SECONDS),
-        ("receive_duration_effective", "f4", sent, pulse.duration, SECONDS | {"substitute_value_used": np.int32(1)}),
-        ("transmit_frequency_start", "f4", sent, pulse.frequency - half, HERTZ),
-        ("transmit_frequency_stop", "f4", sent, pulse.frequency + half, HERTZ),
-        ("transmit_source_level", "f4", sent, scenario.sonar.source_level_db, level),
+        ("sample_interval", "f4", ping, survey.sample_interval, {}),
+        ("sample_time_offset", "f4", sent, 0.0, {}), ("blanking_interval", "f4", beam, start, {}),
+        ("sample_count", "i4", (*beam, "subbeam"), survey.recording.sizes["time"], {}),
+        ("beamwidth_receive_major", "f4", beam, receive[0], SUBSTITUTE),
+        ("beamwidth_receive_minor", "f4", beam, receive[1], SUBSTITUTE),
+        ("beamwidth_transmit_major", "f4", sent, transmit[0], {}),
+        ("beamwidth_transmit_minor", "f4", sent, transmit[1], {}),
+        ("equivalent_beam_angle", "f4", beam, receive[2], SUBSTITUTE),
+        ("gain_correction", "f4", beam, 0.0, {}), ("receiver_sensitivity", "f4", beam, RMS_SENSITIVITY, {}),
+        ("transmit_duration_nominal", "f4", sent, pulse.duration, {}),
+        ("receive_duration_effective", "f4", sent, _effective_duration(survey), SUBSTITUTE),
+        ("transmit_frequency_start", "f4", sent, pulse.frequency - half, {}),
+        ("transmit_frequency_stop", "f4", sent, pulse.frequency + half, {}),
+        ("transmit_source_level", "f4", sent, scenario.sonar.source_level_db, {}),
         ("transmit_type", types["transmit_t"], sent, int(pulse.kind == "lfm"), {}),
-        ("transmit_transducer_index", "i4", beam, 0, {}), ("active_MRU", "i4", ping, 0, ALONG),
+        ("transmit_transducer_index", "i4", sent, sending, {}),
+        ("receive_transducer_index", "i4", ("beam",), receiving, {}),
         ("transmit_beam_index", "i4", beam, np.arange(survey.recording.sizes["channel"]), {}),
-        ("active_position_sensor", "i4", ping, 0, ALONG),
-        ("sound_speed_at_transducer", "f4", ping, scenario.water.sound_speed, {"units": "m/s"} | ALONG),
-        ("platform_latitude", "f8", ping, latitude, {"units": "degrees_north"} | ALONG),
-        ("platform_longitude", "f8", ping, longitude, {"units": "degrees_east"} | ALONG),
-        ("platform_heading", "f4", ping, heading, {"units": "degrees_north"} | ALONG),
-        ("platform_pitch", "f4", ping, np.degrees(survey.attitude[:, 1]), TILT | ALONG),
-        ("platform_roll", "f4", ping, np.degrees(survey.attitude[:, 2]), DEGREES | ALONG),
-        ("platform_vertical_offset", "f4", ping, -survey.position[:, 2], METRES | ALONG),
-        ("tx_transducer_depth", "f4", ping, survey.position[:, 2], METRES | ALONG),
+        *((f"active_{sensor}", "i4", ping, 0, {}) for sensor in ("MRU", "position_sensor", "gyro_sensor")),
+        ("sound_speed_at_transducer", "f4", ping, scenario.water.sound_speed_at(transmitter_depth), {}),
+        ("platform_latitude", "f8", ping, latitude, {}), ("platform_longitude", "f8", ping, longitude, {}),
+        ("platform_heading", "f4", ping, heading, {}),
+        ("platform_pitch", "f4", ping, np.degrees(survey.attitude[:, 1]), {}),
+        ("platform_roll", "f4", ping, np.degrees(survey.attitude[:, 2]), {}),
+        ("platform_vertical_offset", "f4", ping, -survey.position[:, 2], {}),
+        ("tx_transducer_depth", "f4", ping, transmitter_depth, {}),
     ]  # fmt: skip
-    for axis, (name, limits) in enumerate((("phi", TURN), ("theta", TILT), ("psi", TURN))):
-        rotation = beam_rotations(survey)[:, axis]
+    for end, dims, rotation in zip(("tx", "rx"), (sent, beam), beam_rotations(survey), strict=True):
         settings += [
-            (f"{end}_beam_rotation_{name}", "f4", dims, rotation, limits) for end, dims in (("rx", beam), ("tx", sent))
+            (f"{end}_beam_rotation_{name}", "f4", dims, rotation[:, axis], {})
+            for axis, name in enumerate(("phi", "theta", "psi"))
         ]
     return settings
