@@ -105,9 +105,9 @@ def _walk(group):
 def _attribute_faults(name, variable):
     """Units, names, limits of one variable, and values beyond its limits."""
     units = {one: unit for unit, names in UNITS.items() for one in names}
-    wanted = {"units": units.get(name), "standard_name": STANDARD_NAMES.get(name)}
+    needed = {"units": units.get(name), "standard_name": STANDARD_NAMES.get(name)}
     found = [] if name.endswith("_ids") or getattr(variable, "long_name", "") else [f"{name} has no long_name"]
-    found += [f"{name} has {key} {getattr(variable, key, None)}" for key, text in wanted.items()
+    found += [f"{name} has {key} {getattr(variable, key, None)}" for key, text in needed.items()
              if text is not None and getattr(variable, key, None) != text]  # fmt: skip
     if name in NOT_NEGATIVE and getattr(variable, "valid_min", None) != 0:
         found.append(f"{name} has no valid_min")
