@@ -82,7 +82,7 @@ def passband(pressure: NDArray[np.complexfloating], survey: Survey, factor: int)
 
 def _sampling(survey: Survey) -> tuple[int, float, float]:
     """Factor and sample rate of the real series [Hz], and the time of their first sample [s]."""
-    base = 1 / survey.sample_interval
+    base = round(1 / survey.sample_interval, 6)  # free of the rounding of the times, which readers divide lengths by
     highest = survey.scenario.sonar.pulse.frequency + base / 2
     factor = int(np.ceil(OVERSAMPLING * highest / base))
     return factor, factor * base, float(survey.recording["time"].values[0])
