@@ -5,6 +5,7 @@ import errno
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 import warnings
@@ -248,6 +249,24 @@ def test_warnings_are_about_scenes_that_are_simulated(tmp_path):
     for processes in (1, 2):
         with pytest.warns(PhysicsWarning, match=r"^scene 1: target pipe: it lies 2\d\d"):
             make_dataset(away, tmp_path / f"out{processes}", processes=processes)
+
+
+def test_the_file_on_the_page_about_data_sets_is_accepted(tmp_path):
+    """As it stands there, beside the scene that it names."""
+    root = Path(__file__).parents[2]
+    page = (root / "docs" / "explanation" / "data-sets.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "dataset.yaml").write_text(text)
+    (tmp_path / "dataset-scene.yaml").write_text((root / "examples" / "dataset-scene.yaml").read_text())
+    assert load_dataset(tmp_path / "dataset.yaml").file.clutter
+
+
+def test_what_starts_a_finished_data_set_anew(serial, capsys):
+    """The command has no --overwrite, and names what there is."""
+    path, out = serial
+    assert main(["dataset", str(path), "-o", str(out)]) == 0
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"delete {out} to start anew" in said and "--overwrite" not in said
 
 
 def test_command_line(tmp_path, capsys):

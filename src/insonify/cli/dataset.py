@@ -43,7 +43,7 @@ def dataset(
         return
     if out is None:
         raise InputError("-o DIR is missing: the folder that the images go to")
-    with progress(quiet, "scene") as on_scene:
+    with progress(quiet, "scene", f"delete {out} to start anew") as on_scene:
         whole = make_dataset(file, out, part=parse_part(part) or WHOLE, processes=processes, on_scene=on_scene)
     typer.echo(out)
     if not whole:
