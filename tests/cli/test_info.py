@@ -69,7 +69,8 @@ def test_recordings_and_scenarios_of_ours_are_known(tmp_path, monkeypatch, capsy
     assert main(["info", "bay.zarr"]) == 0
     output = capsys.readouterr().out
     assert "insonify recording" in output and "simulated: 1 pings" in output
-    assert f"intensity: {scenario.track.ping_count:,} pings" in output or "pressure:" in output
+    samples = len(insonify.open_recording("bay.zarr")["time"])
+    assert f": {scenario.track.ping_count:,} pings x 2 channels x {samples} times\n" in output
 
 
 def test_the_page_about_recordings_runs(tmp_path, monkeypatch, capsys):

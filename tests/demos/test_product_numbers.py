@@ -173,7 +173,7 @@ def swath(off, *, beams=64, pings=40):
     shape = pings, beams
     truth, off = np.full(shape, 22.0), np.broadcast_to(off, shape)
     nothing = np.zeros(1)
-    return SwathSoundings(np.linspace(-1.1, 1.1, beams), truth, truth, truth + off, truth, np.ones(shape, bool), 0,
+    return SwathSoundings(np.linspace(-1.1, 1.1, beams), truth, truth, truth + off, truth, np.ones(shape, bool), 0, 0,
                      nothing, nothing, (2.0, 0.0), (nothing, nothing))  # fmt: skip
 
 

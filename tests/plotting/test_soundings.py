@@ -16,7 +16,7 @@ SLANT = np.linspace(4, 40, SAMPLES)
 KEEL, BED = 2.0, 20.0
 
 
-def soundings(*, roll=0.0, off=0.0, pings=PINGS):
+def soundings(*, roll=0.0, off=0.0, pings=PINGS, first=0):
     """A level bed 18 m under the keel, sounded so much too deep [m]; its echo is 40 dB above the rest."""
     reach = (BED - KEEL) * np.tan(ANGLE)
     across = np.broadcast_to(reach, (pings, BEAMS))
@@ -24,7 +24,7 @@ def soundings(*, roll=0.0, off=0.0, pings=PINGS):
     truth = np.full((pings, BEAMS), BED)
     level = np.where(np.abs(SLANT - (BED - KEEL) / np.cos(ANGLE - roll)[:, None]) < 0.2, 100.0, 60.0)
     beside = np.linspace(reach[0], reach[-1], 50)
-    return SwathSoundings(ANGLE, along, across, truth + off, truth, np.ones(truth.shape, bool), 0, SLANT, level,
+    return SwathSoundings(ANGLE, along, across, truth + off, truth, np.ones(truth.shape, bool), 0, first, SLANT, level,
                      (KEEL, roll), (beside, np.full(50, BED)))  # fmt: skip
 
 
@@ -126,3 +126,8 @@ def test_a_swath_of_targets_alone_has_no_errors_to_draw():
     found = soundings(off=0.1)
     axes = panels(soundings_view(replace(found, bed=np.zeros_like(found.bed)), "swath"))
     assert all(len(line.get_xdata()) in (0, 2) for line in axes["Sounded minus true depth, bed only"].lines)
+
+
+def test_a_ping_has_its_number_not_its_row():
+    """Of a recording that begins with ping 20, the ping in the first row is ping 20."""
+    assert f"Ping 20: {BEAMS} beams" in panels(soundings_view(soundings(first=20), "swath"))

@@ -70,9 +70,9 @@ def _of_recording(folder: str | Path) -> dict[str, Any]:
     from insonify.formats.zarr_store import open_recording, stored_bytes
 
     recording = open_recording(folder)
-    sizes = {str(dim): int(size) for dim, size in recording.sizes.items()}
     done = int(recording["done"].values.sum())
     name = next(name for name in ("pressure", "intensity", "recorded") if name in recording)
+    sizes = {str(dim): int(size) for dim, size in recording[name].sizes.items()}
     group = {"name": name, "pings": sizes.pop("ping"), "pings_read": done, "shape": sizes}
     return {
         "file": str(folder), "format": "insonify recording", "bytes": stored_bytes(folder), "maker": "insonify",

@@ -243,7 +243,8 @@ def _show_labels(
     dataset = open_recording(recording)
     if _of_elements(dataset):
         raise InputError(f"{recording} records elements, and labels are those of beams: it can have none. Leave "
-                         "--labels out; a run of the same scene with record: beams has them")  # fmt: skip
+                         "--labels out; a run of the same scene with record: beams and sonar.receive.steer, the "
+                         "bearings of the beams, has them")  # fmt: skip
     masks = open_labels(recording)
     if ping is not None:
         _check_ping(dataset, recording, ping)

@@ -23,7 +23,7 @@ def run_refusal(scenario: Scenario, whole: RunCost, *, labels: bool = False) -> 
     if labels and scenario.sonar.receiver.record == "elements":
         return (
             "--labels is for beams, and sonar.receiver.record is elements. Leave it out; a run of the same scene with "
-            "record: beams has them"
+            "record: beams and sonar.receive.steer, the bearings of the beams, has them"
         )
     counted = {(0, scenario.field == "incoherent")} if np.isfinite(whole.scatterers) else set()
     return size_refusal(whole) or _water_limit_error(scenario, counted, labels=labels or scenario.output.labels)

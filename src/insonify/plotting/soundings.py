@@ -44,6 +44,8 @@ class SwathSoundings:
     """True for soundings of the seabed, with no target near."""
     row: int
     """Row of the ping in detail."""
+    ping: int
+    """Number of that ping."""
     slant: Floats
     """Slant range of the samples [m], shape (time,)."""
     level: Floats
@@ -115,7 +117,7 @@ def _ping(figure: Figure, axes: Axes, soundings: SwathSoundings) -> None:
     axes.grid(False)
     axes.set_xlabel("across the track, to starboard [m]")
     axes.set_ylabel("depth [m]")
-    axes.set_title(f"Ping {soundings.row}: {len(soundings.angle)} beams")
+    axes.set_title(f"Ping {soundings.ping}: {len(soundings.angle)} beams")
     axes.legend(loc="upper right", fontsize=8, frameon=True, framealpha=0.9)
     figure.colorbar(mesh, ax=axes, label="level [dB re 1 uPa]", pad=0.01)
 

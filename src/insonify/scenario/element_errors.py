@@ -45,7 +45,7 @@ def element_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
                       "Write field: coherent, or sonar.receiver.record: beams.")  # fmt: skip
     if receiver.record == "elements" and scenario.output.labels:
         yield field_error("output.labels", "true", "is for beams, and sonar.receiver.record is elements. Write labels: "
-                      "false; a run of the same scene with record: beams has them.")  # fmt: skip
+                      "false; the same scene with record: beams and sonar.receive.steer has them.")  # fmt: skip
     if receiver.sub_bands not in (1, "auto") and scenario.field == "incoherent":
         yield field_error("sonar.receiver.sub_bands", f"{receiver.sub_bands}", "are for pressures, and field is "
                       "incoherent. Leave sub_bands out, or write field: coherent.")  # fmt: skip

@@ -68,7 +68,7 @@ def soundings_and_truth(
     under = depth_from_above(scenario, position[row, 0] - np.sin(bow) * beside, position[row, 1] + np.cos(bow) * beside)
     return SwathSoundings(
         angles, off_north * np.cos(bow) + off_east * np.sin(bow), across, depth, truth,
-        np.isfinite(depth) & is_clear_of_targets(scenario, north, east, MARGIN), row,
+        np.isfinite(depth) & is_clear_of_targets(scenario, north, east, MARGIN), row, int(rows[row]),
         short["time"].values * speed / 2, np.asarray(recorded_level(one).values[0], float),
         (float(position[row, 2]), float(attitude[row, 2])), (beside, under),
     )  # fmt: skip
