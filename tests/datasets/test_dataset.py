@@ -265,8 +265,8 @@ def test_what_starts_a_finished_data_set_anew(serial, capsys):
     """The command has no --overwrite, and names what there is."""
     path, out = serial
     assert main(["dataset", str(path), "-o", str(out)]) == 0
-    said = " ".join(capsys.readouterr().err.split())
-    assert f"delete {out} to start anew" in said and "--overwrite" not in said
+    message = " ".join(capsys.readouterr().err.split())
+    assert f"delete {out} to start anew" in message and "--overwrite" not in message
 
 
 def test_command_line(tmp_path, capsys):
