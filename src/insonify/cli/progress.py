@@ -9,7 +9,7 @@ import typer
 OnStep = Callable[[int, int], None]
 """Callback with the steps done and the steps in total, called before the first step and after each."""
 ANEW = "--overwrite starts anew"
-"""What starts a run anew."""
+"""Option that starts a run anew."""
 
 
 @contextmanager
@@ -21,7 +21,7 @@ def progress(quiet: bool, step: str = "ping", anew: str = ANEW) -> Iterator[OnSt
     Args:
         quiet: Whether to stay silent in any case.
         step: What is counted, in the singular.
-        anew: What starts the job anew.
+        anew: Action that starts the job anew, for the message.
     """
     if quiet or not sys.stderr.isatty():
         yield _report_resumed(quiet, step, anew)
@@ -71,7 +71,7 @@ def resumed_note(done: int, total: int, step: str, anew: str = ANEW) -> str:
         done: Steps that were done when this run began.
         total: Number of steps in total.
         step: What is counted, in the singular.
-        anew: What starts the job anew.
+        anew: Action that starts the job anew, for the message.
     """
     if done < total:
         return f"{done} of {total} {step}s were there already"
