@@ -118,6 +118,20 @@ def _number_directions(row: Floats, direction: NDArray[np.intp]) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _divide_directions(row: Floats, direction: NDArray[np.intp]) -> None:
+    """Number directions of some replicas from 0 on, each within `COMPACT` of the first replica from it."""
+    count = 0
+    for k in range(row.size):
+        direction[k] = count
+        for other in range(k):
+            # the first replica of a direction comes before all others of it
+            if abs(row[k] - row[other]) <= COMPACT and (other == 0 or direction[other] > direction[:other].max()):
+                direction[k] = direction[other]
+                break
+        count = max(count, direction[k] + 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _end_of_overlap(delay: Floats, begin: int, support: float) -> int:
     """Number of the first replica, of those sorted by delay, that does not overlap with the one before it."""
     end = begin + 1
@@ -139,10 +153,102 @@ class RowGroups(NamedTuple):
     """Mean row of each group, (groups,)."""
 
 
+class GroupList(NamedTuple):
+    """Groups of replicas in arrays that are longer than needed."""
+
+    first: NDArray[np.int64]
+    """First replica of each group, and the end."""
+    delay: Floats
+    """Delay of each replica [s]."""
+    weight: Complexes
+    """Weight of each replica."""
+    row: Floats
+    """Row of each group."""
+    counts: NDArray[np.int64]
+    """Number of groups, and of replicas, (2,)."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _empty_list(groups: int, replicas: int) -> GroupList:
+    """A list with room for some groups and replicas, without any."""
+    return GroupList(np.zeros(groups + 1, np.int64), np.empty(replicas), np.empty(replicas, np.complex128),
+                     np.empty(groups), np.zeros(2, np.int64))  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _with_room(some: GroupList, groups: int, replicas: int) -> GroupList:
+    """A list with room for more groups and replicas: itself, or a copy twice as long."""
+    group_count, count = some.counts
+    if group_count + groups <= some.row.size and count + replicas <= some.delay.size:
+        return some
+    longer = _empty_list(2 * (group_count + groups), 2 * (count + replicas))
+    longer.first[: group_count + 1], longer.row[:group_count] = some.first[: group_count + 1], some.row[:group_count]
+    longer.delay[:count], longer.weight[:count] = some.delay[:count], some.weight[:count]
+    longer.counts[:] = some.counts
+    return longer
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _append(some: GroupList, delay: float, weight: complex) -> None:
+    """Append a replica to the last group."""
+    some.delay[some.counts[1]], some.weight[some.counts[1]] = delay, weight
+    some.counts[1] += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _end_group(some: GroupList, row: float) -> None:
+    """End the last group, which is from a row."""
+    some.row[some.counts[0]] = row
+    some.counts[0] += 1
+    some.first[some.counts[0]] = some.counts[1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _groups(some: GroupList) -> RowGroups:
+    """The filled part of a list."""
+    group_count, count = some.counts
+    return RowGroups(
+        some.first[: group_count + 1], some.delay[:count], some.weight[:count], some.row[:group_count]
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _append_interference(
+    more: GroupList, less: GroupList, delay: Floats, weight: Complexes, direction: NDArray[np.intp], row: Floats,
+    row_phase: float,
+) -> None:  # fmt: skip
+    """Append the interference of replicas from each two directions, 2 Re(A B*) = |A + B|^2 - |A|^2 - |B|^2, half way.
+
+    Args:
+        more: Groups whose intensity is added.
+        less: Groups whose intensity is subtracted.
+        delay: Delay of each replica [s], (m,).
+        weight: Weight of each replica, (m,).
+        direction: Number of its direction, (m,).
+        row: Row of each direction.
+        row_phase: See `RowGrid`.
+    """
+    for one in range(row.size):
+        for other in range(one):
+            if abs(row[one] - row[other]) >= APART:
+                continue
+            product, between = mean_gain_product(row_phase, row[one] - row[other]), 0.5 * (row[one] + row[other])
+            together, separate = (more, less) if product > 0 else (less, more)
+            for number in (one, other):
+                for k in range(delay.size):
+                    if direction[k] == number:
+                        _append(separate, delay[k], math.sqrt(abs(product)) * weight[k])
+                _end_group(separate, between)
+            for k in range(delay.size):
+                if direction[k] == one or direction[k] == other:
+                    _append(together, delay[k], math.sqrt(abs(product)) * weight[k])
+            _end_group(together, between)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_pairs_on_rows(
-    cells: NDArray[np.float32], grid: RowGrid, legs: RowLegs, pairs: PairEnergies
-) -> tuple[RowGroups, NDArray[np.intp]]:
+    cells: NDArray[np.float32], grid: RowGrid, legs: RowLegs, pairs: PairEnergies, is_dense: bool
+) -> tuple[RowGroups, RowGroups, RowGroups, NDArray[np.intp]]:
     """Energies of all pairs of some points, and the interference of pairs that arrive together, on rows of directions.
 
     A pair and its reverse arrive together from two directions, each with its own energy. Their interference is
@@ -150,23 +256,27 @@ def deposit_pairs_on_rows(
     From directions at least `APART`, interference is left out: it has either sign, and at most 0.11 of the
     energies. A frame of 256 beams with one bounce is 0.03 dB rms from that of beams one by one.
 
+    Replicas that overlap without arriving together come from one direction (within `COMPACT`), from directions apart,
+    or from others between. The interference between those is deposited half way, too, if the points are dense: it then
+    averages over points of a beam. Of few points it is left to the beams.
+
     Args:
         cells: Energy grids of the rows, added to in place, (rows, cells).
         grid: Times and directions of the cells.
         legs: Legs to the points.
         pairs: Pairs of legs.
+        is_dense: True for points of which a beam has many.
 
     Returns:
-        Replicas that overlap and do not arrive together; and the numbers of points left out, of whose overlapping
-        replicas some come neither from one direction nor from directions apart.
+        Replicas that overlap and do not arrive together, by direction; groups whose intensities are added, and those
+        whose intensities are subtracted, for their interference between directions; and the numbers of points left out.
     """
     count, point_count = pairs.pair.shape[0], legs.transmit_delay.shape[1]
     shares = pairs.interference_factor, pairs.mean_energy
     delay, row, weight = np.empty(count), np.empty(count), np.empty(count, np.complex128)
-    first, group_row = np.zeros(count * point_count + 1, np.int64), np.empty(count * point_count)
-    grouped_delay, grouped_weight = np.empty(count * point_count), np.empty(count * point_count, np.complex128)
-    direction = np.empty(count, np.intp)  # -1: replicas that arrive together
-    left_out, left_out_count, groups, filled = np.empty(point_count, np.intp), 0, 0, 0
+    alone, more, less = _empty_list(point_count, 4 * point_count), _empty_list(1, 1), _empty_list(1, 1)
+    direction, group_row = np.empty(count, np.intp), np.empty(count)  # direction -1: replicas that arrive together
+    left_out, left_out_count = np.empty(point_count, np.intp), 0
     for n in range(point_count):
         m = 0
         for p in range(count):
@@ -185,9 +295,12 @@ def deposit_pairs_on_rows(
             end = _end_of_overlap(delay[:m], begin, pairs.support)
             if delay[end - 1] - delay[begin] <= SAME_DELAY:
                 direction[begin:end] = -1
-            else:
-                has_directions &= _number_directions(row[begin:end], direction[begin:end])
+            elif not _number_directions(row[begin:end], direction[begin:end]):
+                has_directions = is_dense
+                _divide_directions(row[begin:end], direction[begin:end])
             begin = end
+            if not has_directions:
+                break
         if not has_directions:
             left_out[left_out_count] = n
             left_out_count += 1
@@ -197,19 +310,25 @@ def deposit_pairs_on_rows(
             end = _end_of_overlap(delay[:m], begin, pairs.support)
             if direction[begin] < 0:
                 _add_arrival(cells, grid, row[begin:end], weight[begin:end], delay[begin], shares)
-            for number in range(direction[begin:end].max() + 1):
+                begin = end
+                continue
+            number_count = direction[begin:end].max() + 1
+            alone = _with_room(alone, number_count, end - begin)
+            for number in range(number_count):
                 energy_sum, row_sum = 0.0, 0.0
                 for k in range(begin, end):
                     if direction[k] == number:
                         energy = weight[k].real ** 2 + weight[k].imag ** 2
                         energy_sum, row_sum = energy_sum + energy, row_sum + energy * row[k]
-                        grouped_delay[filled], grouped_weight[filled] = delay[k], weight[k]
-                        filled += 1
-                group_row[groups] = row_sum / energy_sum
-                groups += 1
-                first[groups] = filled
+                        _append(alone, delay[k], weight[k])
+                group_row[number] = row_sum / energy_sum
+                _end_group(alone, group_row[number])
+            if number_count > 1:
+                most = number_count * (number_count - 1), number_count * (end - begin)
+                more, less = _with_room(more, *most), _with_room(less, *most)
+                _append_interference(
+                    more, less, delay[begin:end], weight[begin:end], direction[begin:end], group_row[:number_count],
+                    grid.row_phase,
+                )  # fmt: skip
             begin = end
-    overlapping = RowGroups(
-        first[: groups + 1], grouped_delay[:filled], grouped_weight[:filled], group_row[:groups]
-    )  # fmt: skip
-    return overlapping, left_out[:left_out_count]
+    return _groups(alone), _groups(more), _groups(less), left_out[:left_out_count]

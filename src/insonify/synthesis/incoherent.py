@@ -58,6 +58,8 @@ CELLS_PER_TASK = 1024
 """Cells in which one thread adds up the rows of directions for all beams."""
 CHANNELS_PER_TASK = 32
 """Channels whose series one thread computes together: a multiple of those of one transform."""
+DENSE = 1000
+"""Least points of a block whose interference between unlike directions averages over those in a beam [1]."""
 LAGS_PER_CELL = 2
 """Entries of the pulse table per lag of its autocorrelation."""
 
@@ -157,8 +159,12 @@ class IncoherentAccumulator:
         for copy in split_by_coherence(coherent_subsets(pairs), self.delay_field, geometry):
             for one, interfering, independent in self.replica_jitter.expected_parts(copy):
                 some = PairEnergies(one.pair, one.strength, support, interfering, interfering + independent)
-                groups, left_out = deposit_pairs_on_rows(energies.rows, grid, legs, some)
-                self._add_groups_to_rows(energies, groups, interfering, independent)
+                alone, more, less, left_out = deposit_pairs_on_rows(
+                    energies.rows, grid, legs, some, len(pairs.scatterers) >= DENSE
+                )  # fmt: skip
+                self._add_groups_to_rows(energies, alone, interfering, independent)
+                self._add_groups_to_rows(energies, more, interfering, 0.0)
+                self._add_groups_to_rows(energies, less, -interfering, 0.0)
                 if len(left_out):
                     part = one.at(left_out)
                     self._add_scatterers(energies, part, *self.weights(part), interfering, independent)
@@ -380,6 +386,9 @@ class IncoherentAccumulator:
             intensity[channels] = series + groups[channels]
 
         deque(run(convolve, _slices(len(cells), CHANNELS_PER_TASK)), 0)
+        if energies.row_intensity is not None and energies.row_intensity.any():
+            # interference between directions, half way, may exceed the energies of a beam by a little
+            np.maximum(intensity, 0.0, out=intensity)
         return intensity
 
     def _with_rows(self, channels: Floats, rows: NDArray[Real] | None, run: Mapper) -> Floats:
