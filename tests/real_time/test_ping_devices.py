@@ -185,3 +185,24 @@ def test_a_datagram_of_thousands_of_commands_gets_a_reply_in_part(scanning):
     out.sendto(packed(Message(6, struct.pack("<H", 5))), scanning.address)
     numbers = [next(messages(out.recv(4096))).number for _ in range(17)]
     assert numbers == [2300] * 16 + [5]
+
+
+@pytest.mark.parametrize(("kind", "begin"), [
+    (Ping360, Message(2602, struct.pack("<BBHHHHHHBB", 1, 1, 100, 80, 500, 200, 0, 399, 1, 0))),
+    (Ping1D, Message(1400, struct.pack("<H", 1300))),
+])  # fmt: skip
+def test_pings_that_fail_again_and_again_are_no_flood(kind, begin):
+    """A vehicle above the water: a refusal with the reason twice a second, not as fast as pings can fail."""
+    out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    with kind(
+        scene(0.0, 0.0, point(0.0, 12.0, 5.0)), threads=1, pose=lambda _: {"position": (0, 0, -5.0)}
+    ).start() as made:
+        out.sendto(packed(begin), made.address)
+        end, refused = time.monotonic() + 1.2, []
+        while (left := end - time.monotonic()) > 0:
+            out.settimeout(left)
+            try:
+                refused += [message for message in messages(out.recv(4096)) if message.number == 2]
+            except TimeoutError:
+                break
+    assert 2 <= len(refused) <= 4 and all(b"above the sea surface" in message.payload for message in refused)

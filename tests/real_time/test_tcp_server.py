@@ -189,3 +189,22 @@ def test_a_connection_that_is_aborted_before_it_is_accepted_ends_nothing(sonar, 
     monkeypatch.setattr(server, "_socket", Faulty(server._socket))
     with server.start():
         assert "error" not in Client(server.address).request(method="restart")[0]
+
+
+LONG = int("9" * 400)
+
+
+@pytest.mark.parametrize(("given", "message"), [
+    ({"time": LONG}, "time is '99999"),
+    ({"time": 1e300}, "1e+12 s at most"),
+    ({"position": [LONG, 0, 11]}, "position is [99999"),
+    ({"attitude": [0, LONG, 0]}, "attitude is [0, 99999"),
+    ({"window_poses": [1, 2]}, "window_poses has 1; give two of (position, attitude)"),
+    ({"window_poses": "ab"}, "window_poses has 'a'"),
+    ({"window_poses": [[[0, 0, 11], [0, 0, 0]], [[9e6, 0, 11], [0, 0, 0]]]}, "faster than 100 m/s"),
+])  # fmt: skip
+def test_arguments_beyond_all_limits_get_a_remedy(server, given, message):
+    """Whole numbers of hundreds of digits, times without phase, and platforms at the speed of light."""
+    reply, _ = Client(server.address).request(method="ping", **{"time": 0.0, "position": [0, 0, 11]} | given)
+    assert reply["error"]["code"] == "argument" and message in reply["error"]["message"]
+    assert len(reply["error"]["message"]) < 300

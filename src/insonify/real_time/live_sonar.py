@@ -46,6 +46,8 @@ Floats = NDArray[np.float64]
 
 OFF_TRACK = 1.0
 """Distance from the track up to which a ping is sampled as one of the track [m]."""
+MAX_TIME = 1e12
+"""Latest time of a ping [s]: beyond it, a sea has no phase."""
 OFF_DEPTH = 0.1
 """Depth beyond those of the track up to which a ping is sampled as one of the track [m]."""
 TARGETS_FACED = 3
@@ -135,8 +137,8 @@ class LiveSonar:
             RuntimeError: The sonar is closed.
         """
         pose = PlatformPose(position, attitude, velocity, turn_rate, window_poses)
-        if isinstance(time, bool) or not isinstance(time, int | float | np.number) or not np.isfinite(time):
-            raise ValueError(f"time is {time!r}; give the time of transmission [s]")
+        if isinstance(time, bool) or not isinstance(time, int | float | np.number) or not abs(time) <= MAX_TIME:
+            raise ValueError(f"time is {str(time)[:30]!r}; give the time of transmission [s], {MAX_TIME:g} s at most")
         with self._lock:
             self._require_open()
             if self._count and time < self._time:

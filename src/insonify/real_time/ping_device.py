@@ -35,6 +35,10 @@ MAX_MESSAGES = 16
 """Messages of one datagram that get replies: each may take a ping, and a datagram holds thousands."""
 
 
+SECONDS_AFTER_FAILURE = 0.5
+"""Time from a ping that failed to the next one that is sent unasked [s]: refusals are no flood."""
+
+
 class PingDevice(SocketServer):
     """A sonar at a UDP port; closes with its context, or by `close`. Its samples are levels, 60 dB in 255 steps."""
 
@@ -87,7 +91,10 @@ class PingDevice(SocketServer):
                 if not self._stopped.is_set():
                     self._send(self._replies(message, sender), sender)
             if self._reader is not None and time.monotonic() >= self._due:
-                self._send(self._guarded(0, self.stream), self._reader)
+                sent = self._guarded(0, self.stream)
+                self._send(sent, self._reader)
+                if any(message.number == protocol.NACK for message in sent):
+                    self._due = time.monotonic() + SECONDS_AFTER_FAILURE
 
     def close(self) -> None:
         """Release the port and end the sonar."""

@@ -13,6 +13,8 @@ Moment = tuple[ArrayLike, ArrayLike]
 
 MAX_SPEED = 100.0
 """Greatest speed of a platform [m/s], as that of a track."""
+MAX_JUMP = 1.0
+"""Distance by which poses of a window may jump, whatever its length [m]: positions are rounded, or corrected."""
 MAX_TURN_RATE = 10.0
 """Greatest rate of an angle of attitude [rad/s]."""
 MAX_ANGLE = 4 * np.pi
@@ -55,7 +57,7 @@ class PlatformPose:
             if not isinstance(self.window_poses, Sequence) or len(self.window_poses) != 2:
                 raise ValueError("window_poses are not two of (position, attitude). Give those at the middle and the "
                                  "end of the window.")  # fmt: skip
-            moments = tuple((_position(position), _attitude(attitude)) for position, attitude in self.window_poses)
+            moments = tuple(_moment(given) for given in self.window_poses)
             object.__setattr__(self, "window_poses", moments)
 
     def poses(self, time: float) -> Poses:
@@ -72,9 +74,17 @@ class PlatformPose:
         Args:
             time: Time of transmission [s].
             window: Length of the window [s].
+
+        Raises:
+            ValueError: The platform would be faster than any.
         """
         if self.window_poses is not None:
             (middle, angles), (end, tilt) = self.window_poses
+            for elapsed, position in ((window / 2, middle), (window, end)):
+                away = float(np.linalg.norm(np.asarray(position, float) - np.asarray(self.position, float)))
+                if away > MAX_SPEED * elapsed + MAX_JUMP:
+                    raise ValueError(f"window_poses are {away:.4g} m away after {elapsed:.4g} s, which is faster than "
+                                     f"{MAX_SPEED:g} m/s. Give those at the middle and the end.")  # fmt: skip
             return _row(time + window / 2, middle, angles), _row(time + window, end, tilt)
         position, attitude = np.asarray(self.position, float), np.asarray(self.attitude, float)
         velocity, rate = (np.zeros(3) if r is None else np.asarray(r, float) for r in (self.velocity, self.turn_rate))
@@ -120,6 +130,12 @@ def _row(time: float, position: ArrayLike, attitude: ArrayLike) -> Poses:
     return Poses(np.array([time]), np.asarray(position, float)[None], angles[:1], angles[1:2], angles[2:])
 
 
+def _moment(given: Moment) -> tuple[Floats, Floats]:
+    if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
+        raise ValueError(f"window_poses has {_shown(given)}; give two of (position, attitude), each of three numbers")
+    return _position(given[0]), _attitude(given[1])
+
+
 def _position(value: ArrayLike) -> Floats:
     return _vector("position", value, "m", MAX_COORDINATE)
 
@@ -136,10 +152,16 @@ def _vector(name: str, value: ArrayLike, unit: str, limit: float) -> Floats:
     """Three finite numbers within a limit."""
     try:
         numbers = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {value!r}; give three numbers [{unit}]") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} is {_shown(value)}; give three numbers [{unit}]") from None
     if numbers.shape != (3,) or not np.isfinite(numbers).all():
-        raise ValueError(f"{name} is {value!r}; give three finite numbers [{unit}]")
+        raise ValueError(f"{name} is {_shown(value)}; give three finite numbers [{unit}]")
     if np.abs(numbers).max() > limit:
         raise ValueError(f"{name} is {numbers.tolist()} {unit}; none may be beyond {limit:.4g} {unit}")
     return numbers
+
+
+def _shown(value: object) -> str:
+    """A value as it was given, not longer than a line."""
+    text = repr(value)
+    return text if len(text) <= 100 else f"{text[:97]}..."
