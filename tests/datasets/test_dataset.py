@@ -8,7 +8,9 @@ import os
 import re
 import subprocess
 import sys
+import threading
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +20,11 @@ import insonify
 from datasets.small_dataset import write_small
 from insonify.cli import main
 from insonify.datasets.dataset import load_dataset, make_dataset
+from insonify.datasets.dataset_folder import DatasetFolder
 from insonify.datasets.drawn_scene import SceneDraws
 from insonify.formats.store_description import StoreError
 from insonify.part import Part
+from insonify.scenario.diagnostic import ScenarioError
 from insonify.validity import PhysicsWarning
 
 EVERYTHING = ("write: [coco]", "write: [coco, yolo, png, zarr]")
@@ -106,6 +110,85 @@ def test_another_data_set_is_not_mixed_in(serial, tmp_path):
     (tmp_path / "full" / "thesis.tex").write_text("")
     with pytest.raises(StoreError, match="no data set"):
         make_dataset(tmp_path / "dataset.yaml", tmp_path / "full")
+
+
+def test_jobs_that_begin_together_share_an_empty_folder(serial, tmp_path):
+    """A description that another job writes at that moment, or was stopped at, is not a foreign file."""
+    described = load_dataset(serial[0])
+    for n in range(30):
+        together = threading.Barrier(6)
+
+        def begin(out=tmp_path / str(n), together=together):
+            folder = DatasetFolder(out, described.file, described.base)
+            together.wait()
+            folder.open()
+            return folder.missing(range(4))
+
+        with ThreadPoolExecutor(6) as pool:
+            assert [job.result() for job in [pool.submit(begin) for _ in range(6)]] == [[0, 1, 2, 3]] * 6
+    (tmp_path / "stopped").mkdir()
+    (tmp_path / "stopped" / ".dataset.json.0123.partial").write_text("{")
+    DatasetFolder(tmp_path / "stopped", described.file, described.base).open()
+
+
+def test_values_that_contradict_each_other_are_named_by_any_process(tmp_path, monkeypatch, capsys):
+    """The error of another process has file, line, image and remedy; here of a check that overlooked it."""
+    monkeypatch.setattr("insonify.datasets.dataset_checks.SCENES_CHECKED", 0)
+    path = write_small(
+        tmp_path, ("targets[pipe].heading: {uniform: [0 deg, 360 deg]}", "seabed.depth: {choice: [9 m]}")
+    )
+    assert main(["dataset", str(path), "-o", str(tmp_path / "out"), "--processes", "2", "--quiet"]) == 2
+    assert "dataset.yaml:4: track.start: image 0: ping 0" in capsys.readouterr().err
+    with pytest.raises(ScenarioError, match="image 0"):
+        next(insonify.dataset(path))
+
+
+def test_a_recording_to_compare_with_is_missed_before_any_image(tmp_path):
+    """Not after the last one."""
+    path = write_small(tmp_path, ("write: [coco]", "compare: absent.zarr"))
+    with pytest.raises(StoreError, match=r"absent\.zarr"):
+        make_dataset(path, tmp_path / "out", processes=1)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("number", [errno.EROFS, errno.EACCES, errno.ENOENT, errno.ENOTDIR, errno.EIO])
+@pytest.mark.parametrize("place", ["open", "write", "finish"])
+def test_folders_that_cannot_be_written_are_named(serial, tmp_path, monkeypatch, number, place):
+    """Whatever the system denies, and when."""
+    described = load_dataset(serial[0])
+    folder = DatasetFolder(tmp_path / "out", described.file, described.base)
+
+    def denied(*_):
+        raise OSError(number, os.strerror(number))
+
+    if place != "open":
+        folder.open()
+        for scene in range(4):
+            folder.note(scene).write_text("{}")
+    step = "DatasetFolder._write_image" if place == "write" else "write_whole"
+    monkeypatch.setattr(f"insonify.datasets.dataset_folder.{step}", denied)
+    monkeypatch.setattr("insonify.datasets.dataset_folder.DatasetFolder.notes", denied)
+    call = {"open": folder.open, "finish": folder.finish, "write": lambda: folder.write(0, iter([None]))}[place]
+    with pytest.raises(StoreError, match=r"out: .* at (its beginning|its end|scene 0); "):
+        call()
+
+
+def test_a_damaged_note_is_named(serial, tmp_path):
+    """A note of no bytes, as a crash of the machine may leave."""
+    described = load_dataset(serial[0])
+    folder = DatasetFolder(tmp_path / "out", described.file, described.base)
+    folder.open()
+    for scene in range(4):
+        folder.note(scene).touch()
+    with pytest.raises(StoreError, match=r"00000.json: the note is damaged. Delete it"):
+        folder.finish()
+
+
+@pytest.mark.parametrize("name", ["sheet.mp3", "absent/sheet.png"])
+def test_a_preview_that_cannot_be_written_is_refused_at_once(serial, tmp_path, monkeypatch, name):
+    """Before an image is simulated."""
+    monkeypatch.setattr("insonify.datasets.contact_sheet.write_contact_sheet", None)
+    assert main(["dataset", str(serial[0]), "--preview", "2", "-o", str(tmp_path / name)]) == 2
 
 
 def test_a_full_disk_is_named_and_resumed(tmp_path, monkeypatch):

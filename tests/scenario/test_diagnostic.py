@@ -1,5 +1,6 @@
 """A mistyped scenario gets a message with position, problem, limits and fix."""
 
+import pickle
 import re
 from typing import Annotated, Literal, Self
 
@@ -7,7 +8,7 @@ import pytest
 from pydantic import Field, model_validator
 
 from insonify.model import Decibels, Hertz, Metres, Model, Radians, Seconds, field_error
-from insonify.scenario.diagnostic import ScenarioError, nearest_word
+from insonify.scenario.diagnostic import Diagnostic, ScenarioError, nearest_word
 from insonify.scenario.load import load, parse_model
 
 
@@ -192,3 +193,10 @@ def test_contradictions_read_well_in_python_too() -> None:
     """The same check, reached without a file, still names the place."""
     with pytest.raises(ValueError, match=r"targets\.0\.base_depth: 25 m is below the seabed"):
         Harbour(seabed={"depth": 20}, targets=[{"shape": "box", "size": [1, 1, 1], "base_depth": 25}])
+
+
+def test_an_error_reaches_another_process():
+    """With all its faults."""
+    error = ScenarioError([Diagnostic("bay.yaml", 3, "track", "is missing"), Diagnostic("bay.yaml", 1, "seed", "-1")])
+    copied = pickle.loads(pickle.dumps(error))
+    assert copied.faults == error.faults and str(copied) == str(error)

@@ -232,3 +232,9 @@ def test_what_advice_offers_is_accepted(field, typed):
     offered = fault.fix.removeprefix("Did you mean ").removeprefix("Depths are positive downwards; write ").rstrip("?.")
     assert offered and typed not in (offered,)
     assert faults(offered) == []
+
+
+def test_a_file_without_an_end_is_refused():
+    """A device is read up to the most that a scenario has."""
+    with pytest.raises(ScenarioError, match="more than 64 MB"):
+        load_scenario("/dev/zero")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from insonify.cli.arguments import InputError
+from insonify.cli.arguments import InputError, require_picture_suffix
 from insonify.cli.pictures import start_drawing
 
 
@@ -39,6 +39,7 @@ def dataset(
 
         start_drawing()
         picture = out or file.with_name(f"{file.stem}-preview.png")
+        require_picture_suffix(picture, "-o")
         typer.echo(write_contact_sheet(file, picture, preview))
         return
     if out is None:

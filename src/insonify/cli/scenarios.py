@@ -71,7 +71,7 @@ def scenario_from(
     from insonify.formats.instruments.soundings_grid import soundings_grid
 
     log_path, grid_path = out.with_name(f"{out.stem}-navigation.csv"), out.with_name(f"{out.stem}-bathymetry.npz")
-    if sector is not None and sector != "all" and not sector.isdigit():
+    if sector is not None and sector != "all" and not sector.isdecimal():
         raise InputError(f"--sector {sector}: give a number from 0, or all")
     with open_instrument(file) as opened:
         log, names = navigation_log(opened, group), {"log": log_path.name, "bathymetry": grid_path.name}

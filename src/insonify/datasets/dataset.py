@@ -12,10 +12,11 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from insonify.datasets.dataset_checks import dataset_faults
+from insonify.datasets.dataset_checks import dataset_faults, faults_together
 from insonify.datasets.dataset_file import DatasetFile
 from insonify.datasets.dataset_folder import DatasetFolder
 from insonify.datasets.rendered_scene import SceneImage, scene_images
+from insonify.datasets.swath import PlacementError
 from insonify.part import Part
 from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import load, load_scenario
@@ -70,9 +71,24 @@ def make_dataset(
     """
     described = load_dataset(path)
     folder = DatasetFolder(Path(out), described.file, described.base)
-    folder.open()
     mine = part.share(described.file.dataset.images)
-    missing, report = folder.missing(mine), on_scene or (lambda *_: None)
+    if described.file.compare is not None and 0 in mine and not folder.note(0).exists():
+        from insonify.comparison.sources import samples_of
+
+        samples_of(described.file.compare)  # the card needs it, after all scenes
+    folder.open()
+    try:
+        _make_scenes(folder, mine, processes, on_scene or (lambda *_: None))
+    except (ScenarioError, PlacementError) as error:  # of values that fit alone, and not together
+        raise ScenarioError(faults_together(error, described.file, path)) from None
+    return folder.finish()
+
+
+def _make_scenes(
+    folder: DatasetFolder, mine: range, processes: int | None, report: Callable[[int, int], None]
+) -> None:  # fmt: skip
+    """Make the scenes of one part that are missing, in one process or several."""
+    missing = folder.missing(mine)
     report(len(mine) - len(missing), len(mine))
     count = min(thread_count(processes), max(len(missing), 1))
     with ExitStack() as stack:
@@ -86,7 +102,6 @@ def make_dataset(
             for doubt in doubts:
                 warnings.warn(f"scene {scene}: {doubt}", PhysicsWarning, stacklevel=2)
             report(done, len(mine))
-    return folder.finish()
 
 
 _FOLDER: list[DatasetFolder] = []  # of this process
@@ -127,7 +142,13 @@ def dataset(path: str | Path, *, part: Part | str = WHOLE, threads: int | None =
     described = load_dataset(path)
     share = Part.parse(part) if isinstance(part, str) else part
     for scene in share.share(described.file.dataset.images):
-        for one in scene_images(described.file, described.base, scene, threads):
+        images = scene_images(described.file, described.base, scene, threads)
+        try:
+            first = next(images)
+        except (ScenarioError, PlacementError) as error:
+            raise ScenarioError(faults_together(error, described.file, path)) from None
+        yield as_item(first)
+        for one in images:
             yield as_item(one)
 
 

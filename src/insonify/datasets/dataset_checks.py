@@ -20,6 +20,8 @@ from insonify.validity import PhysicsWarning
 
 CHECKED_DRAWS = 10_000
 """Images whose draws are searched for the extremes of a distribution without limits."""
+SCENES_CHECKED = 20
+"""Images whose scenes are drawn as a whole, in search of values that contradict each other."""
 
 
 def dataset_faults(file: DatasetFile, base: Scenario, path: str | Path) -> list[Diagnostic]:
@@ -58,14 +60,29 @@ def dataset_faults(file: DatasetFile, base: Scenario, path: str | Path) -> list[
     if faults:
         return faults
     try:
-        draws.scene(0)
-    except ScenarioError as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PhysicsWarning)  # which come when the scene is simulated
+            for image in range(min(file.dataset.images, SCENES_CHECKED)):
+                draws.scene(image)
+    except (ScenarioError, PlacementError) as error:
+        return faults_together(error, file, path)
+    return []
+
+
+def faults_together(error: ScenarioError | PlacementError, file: DatasetFile, path: str | Path) -> list[Diagnostic]:
+    """Faults of values of an image that are allowed alone, and not together.
+
+    Args:
+        error: Error of the image's scene.
+        file: The data set.
+        path: Its file, for messages.
+    """
+    source = read(Path(path).read_text(encoding="utf-8-sig"), str(path))
+    if isinstance(error, ScenarioError):
         line = source.line(("clutter" if file.clutter else "vary",))
         return [replace(fault, file=str(path), line=line) for fault in error.faults]
-    except PlacementError as error:
-        line = next((source.line(("vary", key)) for key in file.vary if key in str(error)), source.line(("clutter",)))
-        return [Diagnostic(str(path), line, "", str(error))]
-    return []
+    line = next((source.line(("vary", key)) for key in file.vary if key in str(error)), source.line(("clutter",)))
+    return [Diagnostic(str(path), line, "", str(error))]
 
 
 def _range_fault(draws: SceneDraws, key: VariedKey, draw: Draw) -> Diagnostic | None:

@@ -1,20 +1,26 @@
 """The file that describes a data set: a scenario, what varies in it, and what is written."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 import numpy as np
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
 from insonify.annotations import Projection
 from insonify.data_file import DataFile
-from insonify.datasets.distributions import Draw, SwathArea, swath_area
-from insonify.model import Decibels, Model, field_error
+from insonify.datasets.distributions import Draw, SwathArea, in_si, swath_area
+from insonify.model import Decibels, Model, field_error, field_errors
 from insonify.scene.shape_library import PRESETS
 
+Level = Annotated[Decibels, Field(ge=-1000, le=1000)]
 Pair = Literal["no_multipath", "no_target", "other_speckle"]
 Format = Literal["coco", "yolo", "png", "geotiff", "zarr"]
 MAX_IMAGES = 10_000_000
 """More than any data set has [1]."""
+LEAST_SPAN_DB = 0.1
+"""Least span of the greys of a picture [dB]."""
+MAX_THINGS = 2000
+"""Most things of one kind of clutter in an image [1]."""
 
 
 class Settings(Model):
@@ -30,7 +36,7 @@ class Settings(Model):
     """Rows and columns of the tiles that images are cut to; None: they are not cut."""
     gain: str = "tvg30"
     """Gain of the images, see `insonify.processing.gain`; for spreading and absorption."""
-    span: tuple[Decibels, Decibels] | None = None
+    span: tuple[Level, Level] | None = None
     """Levels of the darkest grey and of white in pictures [dB]; None: of each image alone."""
     split: dict[str, Annotated[float, Field(gt=0, le=1)]] = Field(default={"train": 1.0})
     """Fraction of the scenes in each part; all tiles and twins of a scene are in one part."""
@@ -43,6 +49,13 @@ class Settings(Model):
         if value != "none" and value not in LAWS:
             raise ValueError(f"{value} is no gain; choose one of none, {', '.join(LAWS)}")
         return value
+
+    @model_validator(mode="after")
+    def _check_span(self) -> Self:
+        if self.span is not None and not self.span[1] - self.span[0] >= LEAST_SPAN_DB:
+            raise field_error("span", f"{self.span[0]:g} to {self.span[1]:g} dB", "is no range of levels. Write the "
+                              f"darkest grey first, and white {LEAST_SPAN_DB:g} dB above it or more.")  # fmt: skip
+        return self
 
     @model_validator(mode="after")
     def _check_split(self) -> Self:
@@ -68,7 +81,7 @@ class Settings(Model):
 class Clutter(Model):
     """Things of one kind that are no targets: as many as drawn, each with draws of its own."""
 
-    count: int | Draw
+    count: Annotated[int, Field(ge=0, le=MAX_THINGS)] | Draw
     """Number in an image."""
     target: dict[str, Any]
     """Keys of a target, without its position; each value fixed, or a distribution."""
@@ -80,12 +93,37 @@ class Clutter(Model):
     @property
     def draws(self) -> dict[str, Draw]:
         """Distributions among the keys of the target."""
+        return {key: Draw.model_validate(value) for key, value in self._drawn_keys.items()}
+
+    @property
+    def _drawn_keys(self) -> dict[str, dict[str, Any]]:
+        """Keys of the target that have a distribution, as it was typed."""
         known = set(Draw.model_fields)
         return {
-            key: Draw.model_validate(value)
+            key: value
             for key, value in self.target.items()
             if isinstance(value, dict) and value and set(value) <= known
         }
+
+    @model_validator(mode="after")
+    def _check_draws(self) -> Self:
+        if isinstance(self.count, Draw) and (problem := _no_count(self.count)):
+            raise field_error(f"count.{self.count.name}", None, f"{problem}. Write poisson, or integers or a choice of "
+                              f"0 to {MAX_THINGS}.")  # fmt: skip
+        if self.length is not None and (problem := _no_length(self.length)):
+            raise field_error(f"length.{self.length.name}", None, f"{problem}. Write power_law, weibull, or limits "
+                              "above 0.")  # fmt: skip
+        if "position" in self.target:
+            raise field_error("target.position", None, "is drawn. Leave it out, or write position: {area: swath} "
+                              "beside target.")  # fmt: skip
+        for key, value in self._drawn_keys.items():
+            try:
+                draw = Draw.model_validate(value)
+            except ValidationError as fault:
+                raise _of_target(key, fault) from None
+            if draw.uniform_in is not None:
+                raise field_error(f"target.{key}", None, "uniform_in draws a position, and this key is none.")
+        return self
 
     @model_validator(mode="after")
     def _check_length(self) -> Self:
@@ -99,6 +137,45 @@ class Clutter(Model):
         """Name of the shape of the library; empty or unknown for others."""
         shape = str(self.target.get("shape", ""))
         return str(self.target.get("name", "")) if shape == "library" else shape
+
+
+def _of_target(key: str, fault: ValidationError) -> PydanticCustomError:
+    """Errors of a distribution of a key of the target."""
+    errors = list[PydanticCustomError]()
+    for one in fault.errors():
+        for path, shown in (one.get("ctx") or {}).get("errors") or [("", one["msg"].removeprefix("Value error, "))]:
+            steps = ["target", key, *map(str, one["loc"]), *filter(None, [path])]
+            errors.append(field_error(".".join(steps), None, shown))
+    return field_errors(errors)
+
+
+def _no_count(draw: Draw) -> str:
+    """Problem of a distribution of a number of things; empty where it has none."""
+    if draw.poisson is not None:
+        return ""
+    if draw.integers is None and draw.choice is None:
+        return "draws no whole numbers"
+    bad = [
+        value for value in draw.extremes
+        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_THINGS
+    ]  # fmt: skip
+    return f"{bad[0]} is no number of things (0 to {MAX_THINGS})" if bad else ""
+
+
+def _no_length(draw: Draw) -> str:
+    """Problem of a distribution of lengths; empty where it has none."""
+    if draw.uniform_in is not None:
+        return "draws a position"
+    if draw.poisson is not None or (draw.normal is not None and draw.normal.within is None):
+        return "has lengths of 0 or less"
+    for value in draw.extremes:
+        try:
+            is_length = not isinstance(value, bool) and in_si(value) > 0
+        except (TypeError, ValueError):
+            is_length = False
+        if not is_length and not (draw.weibull is not None and in_si(value) == 0):
+            return f"{value} is no length"
+    return ""
 
 
 class DatasetFile(Model):
@@ -119,6 +196,11 @@ class DatasetFile(Model):
 
     @model_validator(mode="after")
     def _check_formats(self) -> Self:
+        if not self.write:
+            raise field_error("write", None, f"names no format. Write one of {', '.join(get_args(Format))}.")
+        for name, given in (("write", self.write), ("pairs", self.pairs)):
+            if twice := [one for one in given if given.count(one) > 1]:
+                raise field_error(name, twice[0], "is there twice. Leave one out.")
         if "geotiff" in self.write and self.dataset.projection != "mosaic":
             raise field_error("write", "geotiff", f"has a position on Earth, and {self.dataset.projection} range has "
                               "none. Write projection: mosaic, or leave geotiff out.")  # fmt: skip

@@ -6,6 +6,7 @@ it stopped, and two jobs with the same scene write the same bytes.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -18,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insonify.annotations import CLASSES, merge_coco, write_coco, write_label_maps, write_yolo
 from insonify.annotations.yolo import write_yolo_data
@@ -60,18 +62,46 @@ class DatasetFolder:
         """Make the folder, or check that it holds this data set.
 
         Raises:
-            StoreError: It holds something else.
+            StoreError: It holds something else, or cannot be made.
         """
+        try:
+            self._open()
+        except OSError as fault:
+            raise self._on_disk(fault, "its beginning") from None
+
+    def _open(self) -> None:
         text = json.dumps({"fingerprint": self.fingerprint}) + "\n"
         (self.path / NOTES).mkdir(parents=True, exist_ok=True)
         known = self.path / DESCRIPTION
         if not known.exists():
-            if any(entry.name != NOTES for entry in self.path.iterdir()) or any((self.path / NOTES).iterdir()):
+            others = [entry.name for entry in self.path.iterdir() if not self._may_begin_with(entry.name)]
+            if (others or any((self.path / NOTES).iterdir())) and not known.exists():  # another job may be faster
                 raise StoreError(f"{self.path} holds files that are no data set. Choose another folder with -o")
-            write_whole(known, text)
-        elif known.read_text(encoding="utf-8") != text:
+            if not known.exists():
+                write_whole(known, text)
+        if known.read_text(encoding="utf-8") != text:
             raise StoreError(f"{self.path} holds another data set: its file, scenario or version differs. Choose "
                              "another folder with -o, or delete this one")  # fmt: skip
+
+    @staticmethod
+    def _may_begin_with(name: str) -> bool:
+        """True of what a job that has just begun, or was stopped there, leaves in the folder."""
+        return name in (NOTES, DESCRIPTION) or (name.startswith(f".{DESCRIPTION}.") and name.endswith(".partial"))
+
+    def _on_disk(self, fault: OSError, where: str) -> StoreError:
+        """Advice on a folder that cannot be written."""
+        again = "and give the same command again: it goes on there"
+        remedies = {
+            errno.ENOSPC: ("the disk is full", f"free some space {again}"),
+            errno.EDQUOT: ("the quota is used up", f"free some space {again}"),
+            errno.EROFS: ("the disk is read-only", "choose another folder with -o"),
+            errno.EACCES: ("permission denied", "choose another folder with -o, or change its permissions"),
+            errno.ENOENT: ("a file or folder of the data set was removed", f"leave it as it is, {again}"),
+            errno.EEXIST: ("the path is that of a file", "choose another folder with -o"),
+            errno.ENOTDIR: ("part of the path is a file", "choose another folder with -o"),
+        }
+        problem, remedy = remedies.get(fault.errno or 0, (fault.strerror, "choose another folder with -o"))
+        return StoreError(f"{self.path}: {problem} at {where}; {remedy}")
 
     def note(self, scene: int) -> Path:
         """File that is there when all files of a scene are."""
@@ -83,14 +113,13 @@ class DatasetFolder:
         return [scene for scene in scenes if self.note(scene).name not in existing]
 
     @cached_property
-    def splits(self) -> list[str]:
-        """Part of the split of each scene: exact fractions of all, in an order that the seed shuffles."""
+    def _split_rows(self) -> NDArray[np.intp]:
+        """Row of the split of each scene: exact fractions of all, in an order that the seed shuffles."""
         settings = self.file.dataset
         order = np.argsort(uniforms(settings.seed, "split", np.arange(settings.images))[:, 0], kind="stable")
-        names = np.repeat(list(settings.split), settings.split_counts)
-        parts = np.empty(settings.images, names.dtype)
-        parts[order] = names
-        return [str(name) for name in parts]
+        rows = np.empty(settings.images, np.intp)
+        rows[order] = np.repeat(np.arange(len(settings.split)), settings.split_counts)
+        return rows
 
     def write(self, scene: int, images: Iterator[SceneImage]) -> None:
         """Write the images of one scene, and its note.
@@ -100,10 +129,10 @@ class DatasetFolder:
             images: Its images.
 
         Raises:
-            StoreError: The disk is full.
+            StoreError: The disk is full, or the folder cannot be written any more.
         """
         partial = self.path / f".{scene:05d}.{uuid.uuid4().hex}.partial"
-        split = self.splits[scene]
+        split = list(self.file.dataset.split)[self._split_rows[scene]]
         try:
             notes = [self._write_image(one, partial, split, scene) for one in images]
             drawn, coco = notes[0].pop("drawn"), partial / "coco"
@@ -119,10 +148,7 @@ class DatasetFolder:
                     os.replace(entry, self.path / inside)
             write_whole(self.note(scene), json.dumps(note, allow_nan=False) + "\n")
         except OSError as fault:
-            if fault.errno in (28, 122):  # no space left, quota exceeded
-                raise StoreError(f"{self.path}: the disk is full at scene {scene}; {fault.strerror}. Free some space "
-                                 "and give the same command again: it goes on there") from None  # fmt: skip
-            raise
+            raise self._on_disk(fault, f"scene {scene}") from None
         finally:
             shutil.rmtree(partial, ignore_errors=True)
 
@@ -177,7 +203,18 @@ class DatasetFolder:
 
         Returns:
             True if all scenes are there.
+
+        Raises:
+            StoreError: The disk is full, or a note of a scene is damaged.
         """
+        try:
+            return self._finish()
+        except OSError as fault:
+            raise self._on_disk(fault, "its end") from None
+
+    def _finish(self) -> bool:
+        if sum(1 for _ in (self.path / NOTES).iterdir()) < self.file.dataset.images:
+            return False  # soon, of a data set of millions
         if self.missing(range(self.file.dataset.images)):
             return False
         from insonify.datasets.card import card, card_text
@@ -203,7 +240,11 @@ class DatasetFolder:
     def notes(self) -> Iterator[dict[str, Any]]:
         """Notes of all scenes, in their order."""
         for scene in range(self.file.dataset.images):
-            yield json.loads(self.note(scene).read_text(encoding="utf-8"))
+            try:
+                yield json.loads(self.note(scene).read_text(encoding="utf-8"))
+            except ValueError:
+                raise StoreError(f"{self.note(scene)}: the note is damaged. Delete it and give the same command again: "
+                                 "its scene is made anew") from None  # fmt: skip
 
     def _write_coco_list(self, split: str) -> None:
         """Write the annotations of one part of the split."""

@@ -15,13 +15,20 @@ from insonify.units import UNITS, si
 
 Floats = NDArray[np.float64]
 Fraction = Annotated[float, Field(ge=0, le=1)]
+Distance = Annotated[Metres, Field(ge=0)]
+Integer = Annotated[int, Field(ge=-(2**53), le=2**53)]
+MOST = 1e12
+"""Largest quantity of a distribution, in SI: powers of it are numbers still."""
+LEAST_KEPT = 1e-9
+"""Least part of a distribution that its limits may keep [1]: draws of less are too coarse."""
 
 
 def _quantity(value: object) -> object:
     """A number with its unit as typed, refused where it is none."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError("is not a number with or without a unit, such as 20 or '20 deg'")
-    in_si(value)
+    if not abs(in_si(value)) <= MOST:
+        raise ValueError(f"{value} is out of range (-{MOST:g} to {MOST:g} in SI)")
     return value
 
 
@@ -31,9 +38,16 @@ def _positive(value: float | str) -> float | str:
     return value
 
 
+def _not_tiny(value: float | str) -> float | str:
+    if in_si(value) < 1 / MOST:
+        raise ValueError(f"{value} is out of range ({1 / MOST:g} to {MOST:g} in SI)")
+    return value
+
+
 Quantity = Annotated[float | str, BeforeValidator(_quantity)]
 """A number, in SI or with its unit, as typed."""
 Positive = Annotated[Quantity, AfterValidator(_positive)]
+NotTiny = Annotated[Positive, AfterValidator(_not_tiny)]
 
 
 def in_si(value: float | str) -> float:
@@ -84,7 +98,7 @@ class BoundedPowerLaw(Model):
 
     exponent: Annotated[float, Field(ge=-20, le=20)]
     """Exponent of the density [1]; one more than that of the number of larger ones."""
-    within: tuple[Positive, Positive]
+    within: tuple[NotTiny, NotTiny]
     """Limits."""
 
 
@@ -101,12 +115,19 @@ class SwathArea(Model):
     area: Literal["swath"] = "swath"
     along: tuple[Fraction, Fraction] = (0.08, 0.92)
     """From and to, of the track's length [1]."""
-    across: tuple[Metres, Metres] | None = None
+    across: tuple[Distance, Distance] | None = None
     """Least and largest horizontal distance from the track [m]; None: that of the window, less its outer tenth."""
     side: Literal["port", "starboard", "both"] = "both"
     """Side of the track, of a sonar that looks to both."""
     apart: Annotated[Metres, Field(ge=0, le=1000)] = 0.0
     """Least distance to all positions drawn before it [m]."""
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        for name, pair in (("along", self.along), ("across", self.across)):
+            if pair is not None and pair[0] > pair[1]:
+                raise field_error(name, f"{pair[0]:g} to {pair[1]:g}", "is no range. Write the smaller value first.")
+        return self
 
 
 def swath_area(value: object) -> object:
@@ -119,7 +140,7 @@ class Draw(Model):
 
     uniform: tuple[Quantity, Quantity] | None = None
     """Least and largest value, all between them alike."""
-    integers: tuple[int, int] | None = None
+    integers: tuple[Integer, Integer] | None = None
     """Least and largest whole number, all alike."""
     normal: Normal | None = None
     weibull: Weibull | None = None
@@ -144,7 +165,32 @@ class Draw(Model):
             raise field_error(names[0], f"{shown[0]} to {shown[1]}", "is no range. Write the smaller value first.")
         if self.choice is not None:
             _check_choice(self.choice)
+        if limits is not None and self._kept < LEAST_KEPT:
+            about, within = getattr(self, names[0]), getattr(self, names[0]).within
+            shape = f"scale {about.scale}" if self.weibull else f"mean {about.mean}, std {about.std}"
+            raise field_error(f"{names[0]}.within", f"{within[0]} to {within[1]}", f"keeps less than {LEAST_KEPT:g} of "
+                              f"the distribution of {shape}. Write limits around it.")  # fmt: skip
         return self
+
+    @property
+    def _kept(self) -> float:
+        """Part of a normal or Weibull distribution that its limits keep [1]; 1 of others."""
+        below = self._below_limits
+        return 1.0 if below is None else float(below[1] - below[0])
+
+    @property
+    def _below_limits(self) -> Floats | None:
+        """Probability below each limit of a normal or Weibull distribution, before it is cut, (2,); None of others."""
+        limits = np.array(self.limits or (-np.inf, np.inf))
+        if self.weibull is not None:
+            with np.errstate(over="ignore"):
+                power = (np.maximum(limits, 0) / in_si(self.weibull.scale)) ** self.weibull.shape
+            return np.asarray(-np.expm1(-power))
+        if self.normal is not None:
+            from scipy.special import ndtr
+
+            return np.asarray(ndtr((limits - in_si(self.normal.mean)) / in_si(self.normal.std)))
+        return None
 
     @property
     def name(self) -> str:
@@ -185,19 +231,18 @@ class Draw(Model):
 
     def _continuous(self, u: Floats) -> Floats:
         low, high = self.limits or (-np.inf, np.inf)
+        below = self._below_limits
         if self.uniform is not None:
             return low + u * (high - low)
         if self.power_law is not None:
             return _power_law(self.power_law.exponent, low, high, u)
-        if self.weibull is not None:
+        if self.weibull is not None and below is not None:
             scale, shape = in_si(self.weibull.scale), self.weibull.shape
-            below = -np.expm1(-((np.maximum([low, high], 0) / scale) ** shape))
             return np.clip(scale * (-np.log1p(-(below[0] + u * (below[1] - below[0])))) ** (1 / shape), low, high)
-        if self.normal is not None:
-            from scipy.special import ndtr, ndtri
+        if self.normal is not None and below is not None:
+            from scipy.special import ndtri
 
             mean, std = in_si(self.normal.mean), in_si(self.normal.std)
-            below = ndtr((np.array([low, high]) - mean) / std)
             return np.clip(mean + std * ndtri(below[0] + u * (below[1] - below[0])), low, high)
         raise ValueError(f"{self.name} is a position; see insonify.datasets.swath")
 
@@ -213,9 +258,13 @@ def _check_choice(choice: Any) -> None:
     if not isinstance(choice, list | tuple | dict) or not choice:
         raise field_error("choice", f"{choice}", "is no list of values. Write [sand, silt] or {sand: 3, silt: 1}.")
     if isinstance(choice, dict):
-        bad = [key for key, weight in choice.items() if not isinstance(weight, int | float) or not weight > 0]
+        bad = [
+            key for key, weight in choice.items()
+            if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0 < weight <= MOST
+        ]  # fmt: skip
         if bad:
-            raise field_error(f"choice.{bad[0]}", f"{choice[bad[0]]}", "is no weight. Write a number above 0.")
+            raise field_error(f"choice.{bad[0]}", f"{choice[bad[0]]}", "is no weight. Write a number above 0, "
+                              f"{MOST:g} at most.")  # fmt: skip
 
 
 def _power_law(exponent: float, low: float, high: float, u: Floats) -> Floats:

@@ -5,7 +5,7 @@ any part of the job, and a key that is added changes no other.
 """
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from insonify import random_keys
 from insonify.datasets.dataset_file import Clutter, DatasetFile
-from insonify.datasets.distributions import Draw, SwathArea
+from insonify.datasets.distributions import Draw, SwathArea, in_si
 from insonify.datasets.swath import TRIES, PlacementError, free_position, swath_of
 from insonify.datasets.varied_keys import VariedKey, varied_keys
+from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.scenario import Scenario
 from insonify.scene.shape_library import preset_triangles
 
@@ -68,6 +69,13 @@ class SceneDraws:
             ScenarioError: The drawn values contradict each other.
             PlacementError: A position cannot be placed in the swath.
         """
+        try:
+            return self._scene(image)
+        except ScenarioError as error:
+            faults = [replace(fault, problem=f"image {image}: {fault.problem}") for fault in error.faults]
+            raise ScenarioError(faults) from None
+
+    def _scene(self, image: int) -> tuple[Scenario, dict[str, Any]]:
         rows, seed = np.array([image]), self.file.dataset.seed
         drawn: dict[str, Any] = {}
         changes: dict[str, Any] = {"seed": int(uniforms(seed, "seed", image)[0] * 2**31)}
@@ -118,7 +126,7 @@ class SceneDraws:
             for key, draw in clutter.draws.items():
                 thing[key] = self.values(f"{one}.{key}", draw, rows)[0]
             if clutter.length is not None:
-                thing["size"] = _size(clutter.preset, self.values(f"{one}.length", clutter.length, rows)[0])
+                thing["size"] = _size(clutter.preset, in_si(self.values(f"{one}.length", clutter.length, rows)[0]))
             thing["position"] = list(self._free_position(scene, one, clutter.position, image, taken))
             things.append(thing)
         return things

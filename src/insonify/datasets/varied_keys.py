@@ -57,17 +57,24 @@ def _steps(key: str) -> list[tuple[str, bool]]:
     return [(match[1] or match[2], match[1] is None) for match in matches if not match[3]]
 
 
+def _is_number(step: str) -> bool:
+    """True of digits of ASCII, few enough of any list: there are other digits, such as a raised two."""
+    return step.isascii() and step.isdigit() and len(step) < 10
+
+
 def _item(values: tuple[Any, ...], step: str) -> Any:
-    return values[int(step)] if step.isdigit() and int(step) < len(values) else None
+    return values[int(step)] if _is_number(step) and int(step) < len(values) else None
 
 
 def _rows(key: str, step: str, values: Any) -> list[int]:
     """Rows of a list that a step in brackets means: all, a number, or those of a label."""
     if not isinstance(values, tuple):
         raise UnknownItemError(f"{key}: [{step}] selects from a list, and there is none")
+    if step == "*" and not values:
+        raise UnknownItemError(f"{key}: the list is empty. Add an item to the scenario, or leave the key out")
     if step == "*":
         return list(range(len(values)))
-    if step.isdigit():
+    if _is_number(step):
         if int(step) >= len(values):
             raise UnknownItemError(f"{key}: there are {len(values)} items, counted from 0")
         return [int(step)]

@@ -331,6 +331,6 @@ def numbered(folder: Path) -> list[int]:
         folder: The folder; none where it is not there.
     """
     try:
-        return [int(name) for name in os.listdir(folder) if name.isdigit()]
+        return [int(name) for name in os.listdir(folder) if name.isdecimal()]
     except FileNotFoundError:
         return []

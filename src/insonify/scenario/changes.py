@@ -46,7 +46,7 @@ def with_changes(model: ModelT, changes: Mapping[str, object]) -> tuple[ModelT, 
 
 def _put(source: YamlSource, model: BaseModel, dotted_path: str, value: object) -> Diagnostic | None:
     """Set a value among plain values; a fault where its path leads into something without keys."""
-    *parents, last = [int(step) if step.isdigit() else step for step in dotted_path.split(".")]
+    *parents, last = [int(step) if step.isdecimal() else step for step in dotted_path.split(".")]
     inside: Any = source.values
     path: Path = ()
     for step in parents:

@@ -46,6 +46,10 @@ class ScenarioError(ValueError):
         self.faults = tuple(sorted(faults, key=lambda fault: (fault.line, fault.field)))
         super().__init__("\n".join(str(fault) for fault in self.faults))
 
+    def __reduce__(self) -> tuple[type["ScenarioError"], tuple[Sequence[Diagnostic]]]:
+        """The faults, from which another process makes the error anew."""
+        return type(self), (self.faults,)
+
 
 def nearest_word(word: str, known: Iterable[str]) -> str | None:
     """The known word that was probably meant, or None where nothing is near."""

@@ -104,7 +104,7 @@ def _finding(item: Any, model: type[BaseModel], source: YamlSource) -> _Finding:
     context = dict(item.get("ctx", {}))
     loc = tuple(item["loc"])
     if item["type"] == "field_error":
-        steps = [int(step) if step.isdigit() else step for step in str(context["path"]).split(".") if step]
+        steps = [int(step) if step.isdecimal() else step for step in str(context["path"]).split(".") if step]
         loc = (*loc, *steps)
     path, expected = find(model, source.values, loc)
     return _Finding(item["type"], path, tuple(expected), item["input"], context, item["msg"])

@@ -17,6 +17,9 @@ from insonify.validity import PhysicsWarning
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
 
+MAX_TEXT = 64 << 20
+"""Most bytes of a file that describes a scenario: hundreds of thousands of targets."""
+
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
@@ -90,7 +93,11 @@ def _validated(
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        with path.open("rb") as file:  # a device may never end
+            raw = file.read(MAX_TEXT + 1)
+        if len(raw) <= MAX_TEXT:
+            return raw.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+        fault = Diagnostic(str(path), 0, "", f"it has more than {MAX_TEXT >> 20} MB", fix="Is it the right file?")
     except UnicodeDecodeError as error:
         fault = Diagnostic(str(path), 0, "", f"not text: byte {error.start} is not UTF-8", fix="Save it as UTF-8 text")
     except FileNotFoundError:

@@ -148,7 +148,7 @@ def plain_value(text: str) -> object:
         return _WORDS[text.lower()]
     if not _NUMBER.fullmatch(text):
         return text
-    is_whole = text.lstrip("+-").isdigit() and len(text) < 300
+    is_whole = text.lstrip("+-").isdecimal() and len(text) < 300
     return int(text) if is_whole else float(text)
 
 
