@@ -1,5 +1,6 @@
 """Exports of what cannot be written: one line, exit code 2, the old file as it was, and nothing half written."""
 
+import errno
 import os
 
 import numpy as np
@@ -11,6 +12,11 @@ from insonify.writers.export import FORMATS
 from oracles.scenes import nominal, point
 
 SUFFIXES = sorted({about.suffixes[0] for about in FORMATS.values()})
+
+
+def is_folder(suffix):
+    """True of a suffix of annotated images."""
+    return any(about.is_folder and suffix in about.suffixes for about in FORMATS.values())
 
 
 def survey(pings):
@@ -65,8 +71,11 @@ def test_short_recordings_are_written_or_refused(folders, tmp_path, capsys, name
         (("absent/out.nc",), "mkdir -p"),
         (("folder.nc",), "is a folder. Choose the name of a file"),
         (("file.txt/out.nc",), "there is no folder"),
+        (("n" * 300 + ".nc",), "File name too long. Choose another name"),
+        (("n" * 253 + ".nc",), "File name too long. Choose another name"),
+        (("out.coco", "--tile", "9" * 5000 + "x16"), "no size of a tile"),
     ],
-    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+    ids=lambda value: " ".join(word[:20] for word in value) if isinstance(value, tuple) else "",
 )
 def test_names_that_are_none_are_refused(folders, tmp_path, monkeypatch, capsys, words, advice):
     """With the remedy, before anything is computed."""
@@ -115,3 +124,35 @@ def test_a_file_of_that_name_is_replaced_whole_or_not_at_all(folders, tmp_path, 
     assert main(["export", str(folders / "three.zarr"), str(target)]) == 0
     assert target.stat().st_size > 1000 and os.listdir(tmp_path) == ["out.nc"]
     assert np.isfinite(insonify.open_recording(folders / "three.zarr")["intensity"]).all()
+
+
+@pytest.mark.parametrize("suffix", [s for s in SUFFIXES if not is_folder(s)])
+def test_the_longest_names_are_written(folders, tmp_path, capsys, suffix):
+    """A name that the system allows: the temporary one is no longer than it."""
+    target = tmp_path / f"{'n' * (255 - len(suffix))}{suffix}"
+    if main(["export", str(folders / "three.zarr"), str(target)]) == 0:
+        assert os.listdir(tmp_path) == [target.name]
+    else:
+        assert "too long" not in capsys.readouterr().err and os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["mosaic", "waterfall", "netcdf", "xtf", "picture"])
+def test_pings_of_one_sample_are_written_or_refused(tmp_path, capsys, name):
+    """One sample has no neighbour in range."""
+    insonify.record(survey(2).with_("track.window", (0.01, 0.010001)), tmp_path / "one.zarr")
+    target = tmp_path / f"out{FORMATS[name].suffixes[0]}"
+    if name in ("mosaic", "waterfall"):
+        assert "one sample a ping" in refused((tmp_path / "one.zarr", target, "--as", name), capsys)
+    else:
+        assert main(["export", str(tmp_path / "one.zarr"), str(target), "--as", name]) == 0
+
+
+@pytest.mark.parametrize("number", [errno.EROFS, errno.ENOENT])
+def test_a_folder_that_takes_no_file_is_named(folders, tmp_path, capsys, monkeypatch, number):
+    """A disk that became read-only, a folder that was removed, one of the system's own."""
+
+    def denied(_survey, path):
+        raise OSError(number, os.strerror(number), str(path))
+
+    monkeypatch.setattr("insonify.writers.netcdf.write_netcdf", denied)
+    assert "out.nc: cannot be written" in refused((folders / "three.zarr", tmp_path / "out.nc"), capsys)

@@ -9,6 +9,9 @@ from insonify.cli.arguments import InputError
 from insonify.cli.pictures import start_drawing
 from insonify.formats.locations import location
 
+MOST_DIGITS = 9
+"""Digits of the largest tile."""
+
 
 def export(
     recording: Annotated[str, typer.Argument(metavar="OUT", help="Recording made by `insonify run`: folder or URL.")],
@@ -45,6 +48,6 @@ def _tile(text: str | None) -> tuple[int, int] | None:
     if text is None:
         return None
     rows, _, columns = text.lower().replace(" ", "").partition("x")
-    if not rows.isdecimal() or not columns.isdecimal():
+    if not rows.isdecimal() or not columns.isdecimal() or max(len(rows), len(columns)) > MOST_DIGITS:
         raise InputError(f"--tile {text}: no size of a tile. Write rows x columns, such as 512x512")
     return int(rows), int(columns)

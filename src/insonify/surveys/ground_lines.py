@@ -109,6 +109,9 @@ def looks_sideways(survey: Survey) -> bool:
 def require_sideways(survey: Survey) -> None:
     """Refuse a sonar that looks up, down or ahead instead of to a side."""
     survey.require_beams("a mosaic")
+    if survey.recording.sizes["time"] < 2:
+        raise StoreError(f"{survey.name} has one sample a ping, which has no neighbour in range. Simulate a longer "
+                         "track.window")  # fmt: skip
     if not looks_sideways(survey):
         raise StoreError(
             f"{survey.name}: a mosaic is made of lines across the track, and this sonar does not look to a "

@@ -1,5 +1,6 @@
 """Export of a recording to the format of another program, chosen by the suffix of the file."""
 
+import errno
 import os
 import shutil
 import uuid
@@ -32,6 +33,8 @@ class ExportFormat(NamedTuple):
     """True for a folder of annotated images, whose writer also takes a projection and a size of tiles."""
 
 
+UNWRITABLE = {errno.ENAMETOOLONG, errno.EROFS, errno.ENOENT, errno.ENOTDIR}
+"""Errors of the system that concern the name of the file, and not its content."""
 FORMATS: dict[str, ExportFormat] = {
     "xtf": ExportFormat((".xtf",), "sidescan pings, 16 bit", "xtf.write_xtf"),
     "xtf-float32": ExportFormat((".xtf",), "sidescan pings, unrounded", "xtf.write_xtf_float32"),
@@ -95,6 +98,10 @@ def export(
         raise StoreError(f"{target}: writing it needs {chosen.package}. Install it: {install_advice(extra)}")
     if not target.parent.is_dir():
         raise StoreError(f"{target}: there is no folder {target.parent}. Make it first: mkdir -p {target.parent}")
+    try:
+        target.exists()
+    except OSError as fault:
+        raise StoreError(f"{target}: cannot be written: {fault.strerror}. Choose another name") from None
     if target.is_dir() or (chosen.is_folder and target.exists()):
         other = "of a folder that is not there yet" if chosen.is_folder else "of a file"
         raise StoreError(f"{target} {'is a folder' if target.is_dir() else 'is there'}. Choose the name {other}")
@@ -105,10 +112,14 @@ def export(
                          f"{folders}")  # fmt: skip
     module, function = chosen.writer.split(".")
     survey = open_survey(recording)
-    partial = target.with_name(f".{target.stem}.{uuid.uuid4().hex}.partial{target.suffix}")
+    partial = target.with_name(f".{target.stem[:20]}.{uuid.uuid4().hex}.partial{target.suffix}")
     try:
         getattr(import_module(f"insonify.writers.{module}"), function)(survey, partial, **cut)
         os.replace(partial, target)
+    except OSError as fault:
+        if fault.errno in UNWRITABLE and str(fault.filename) in (str(partial), str(target)):
+            raise StoreError(f"{target}: cannot be written: {fault.strerror}. Choose another name or folder") from None
+        raise
     finally:
         if chosen.is_folder:
             shutil.rmtree(partial, ignore_errors=True)
