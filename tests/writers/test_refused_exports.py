@@ -2,6 +2,8 @@
 
 import errno
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -156,3 +158,26 @@ def test_a_folder_that_takes_no_file_is_named(folders, tmp_path, capsys, monkeyp
 
     monkeypatch.setattr("insonify.writers.netcdf.write_netcdf", denied)
     assert "out.nc: cannot be written" in refused((folders / "three.zarr", tmp_path / "out.nc"), capsys)
+
+
+@pytest.mark.parametrize("name", ["mosaic", "waterfall", "netcdf", "xtf", "picture"])
+def test_a_full_disk_leaves_no_part_of_a_file(folders, tmp_path, name):
+    """Files limited to 300 bytes by the system: exit code 1, one line, and nothing under the final name.
+
+    In a process of its own, since the limit is that of a process.
+    """
+    resource = pytest.importorskip("resource")
+    suffix = FORMATS[name].suffixes[0]
+    words = ["export", str(folders / "three.zarr"), str(tmp_path / f"out{suffix}"), "--as", name]
+    program = f"""
+import errno, resource, signal, sys
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+from insonify.cli import main
+from insonify.writers import export
+export.LEAST_FREE = 1 << 62
+resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300))
+sys.exit(main({words!r}))
+"""
+    ended = subprocess.run([sys.executable, "-c", program], check=False, capture_output=True, text=True, timeout=200)
+    assert resource and ended.returncode == 1 and os.listdir(tmp_path) == []
+    assert "too large" in ended.stderr or "No space left" in ended.stderr

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from insonify.annotations import LabelledImage
+from insonify.surveys.raster import geotiff
 
 BANDS = ("level with gain [dB]", "expected level with gain [dB]", "class", "target")
 
@@ -26,7 +27,7 @@ def write_geotiff(image: LabelledImage, path: Path) -> None:
         "driver": "GTiff", "height": north.size, "width": east.size, "count": len(BANDS), "dtype": "float32",
         "crs": rasterio.crs.CRS.from_string(image.crs), "transform": transform, "compress": "deflate", "nodata": np.nan,
     }  # fmt: skip
-    with rasterio.open(path, "w", **about) as file:
+    with geotiff(path, about) as file:
         layers = (image.image, image.expected, image.classes, image.instances)
         for number, (name, values) in enumerate(zip(BANDS, layers, strict=True), 1):
             file.write(np.asarray(values, np.float32), number)

@@ -1,7 +1,8 @@
 """Rasters over easting and northing, written as GeoTIFF."""
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -99,6 +100,25 @@ def write_raster(
     write_bands(path, (survey.frame.raster_crs, transform), bands, units, survey.tags)
 
 
+@contextmanager
+def geotiff(path: Path, about: Mapping[str, Any]) -> Iterator[Any]:
+    """GeoTIFF that is made in memory and written as a whole: GDAL itself reports no disk that is full.
+
+    Args:
+        path: File to write.
+        about: Arguments of `rasterio.open`.
+
+    Yields:
+        Open dataset.
+    """
+    from rasterio.io import MemoryFile
+
+    with MemoryFile() as memory:
+        with memory.open(**about) as file:
+            yield file
+        path.write_bytes(memory.getbuffer())
+
+
 def write_bands(
     path: Path, georeference: tuple[str, tuple[float, ...]] | None, bands: Mapping[str, NDArray[Any]],
     units: Sequence[str] = (), tags: Mapping[str, str] | None = None,
@@ -124,7 +144,7 @@ def write_bands(
         about |= {"crs": rasterio.crs.CRS.from_string(georeference[0]), "transform": rasterio.Affine(*georeference[1])}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
-        with rasterio.open(path, "w", **about) as file:
+        with geotiff(path, about) as file:
             for number, (name, values) in enumerate(bands.items(), start=1):
                 file.write(values, number)
                 file.set_band_description(number, name)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import xarray as xr
 
 from insonify.data_file import EXTRAS, install_advice
-from insonify.formats.store_description import StoreError
+from insonify.formats.store_description import StoreError, WriteError
 from insonify.surveys.survey import open_survey
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ class ExportFormat(NamedTuple):
 
 UNWRITABLE = {errno.ENAMETOOLONG, errno.EROFS, errno.ENOENT, errno.ENOTDIR}
 """Errors of the system that concern the name of the file, and not its content."""
+LEAST_FREE = 1 << 20
+"""Free space below which a library that fails without a reason has found the disk full [bytes]."""
 FORMATS: dict[str, ExportFormat] = {
     "xtf": ExportFormat((".xtf",), "sidescan pings, 16 bit", "xtf.write_xtf"),
     "xtf-float32": ExportFormat((".xtf",), "sidescan pings, unrounded", "xtf.write_xtf_float32"),
@@ -119,6 +121,12 @@ def export(
     except OSError as fault:
         if fault.errno in UNWRITABLE and str(fault.filename) in (str(partial), str(target)):
             raise StoreError(f"{target}: cannot be written: {fault.strerror}. Choose another name or folder") from None
+        if fault.errno == errno.ENOSPC:
+            raise _full(target) from None
+        raise
+    except RuntimeError:
+        if shutil.disk_usage(target.parent).free < LEAST_FREE:  # netCDF has one message for all faults
+            raise _full(target) from None
         raise
     finally:
         if chosen.is_folder:
@@ -126,6 +134,10 @@ def export(
         else:
             partial.unlink(missing_ok=True)
     return target
+
+
+def _full(target: Path) -> WriteError:
+    return WriteError(f"{target}: No space left on device. Free some space, or choose another folder")
 
 
 def _format_name(path: Path, name: str | None) -> str:
