@@ -344,6 +344,14 @@ def test_the_file_on_the_page_about_data_sets_is_accepted(tmp_path):
     assert load_dataset(tmp_path / "dataset.yaml").file.clutter
 
 
+@pytest.mark.parametrize("name", ["dataset.yaml", "forward-looking-dataset.yaml"])
+def test_the_examples_are_accepted(name):
+    """With their scenes, without a warning about either."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", PhysicsWarning)
+        assert load_dataset(Path(__file__).parents[2] / "examples" / name).base.field == "incoherent"
+
+
 def test_what_starts_a_finished_data_set_anew(serial, capsys):
     """The command has no --overwrite, and names what there is."""
     path, out = serial
