@@ -344,6 +344,18 @@ def test_the_file_on_the_page_about_data_sets_is_accepted(tmp_path):
     assert load_dataset(tmp_path / "dataset.yaml").file.clutter
 
 
+def test_what_killed_jobs_left_is_deleted_after_a_day(serial):
+    """Hidden folders of scenes, and no younger ones: another job may be writing those."""
+    path, out = serial
+    old, young = (out / f".00001.{name * 32}.partial" for name in "ab")
+    for folder in (old, young):
+        folder.mkdir()
+    os.utime(old, (0, 0))
+    make_dataset(path, out)
+    assert not old.exists() and young.exists()
+    young.rmdir()
+
+
 @pytest.mark.parametrize("name", ["dataset.yaml", "forward-looking-dataset.yaml"])
 def test_the_examples_are_accepted(name):
     """With their scenes, without a warning about either."""

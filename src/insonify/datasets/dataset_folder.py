@@ -27,6 +27,7 @@ from insonify.datasets.dataset_file import DatasetFile, Format
 from insonify.datasets.drawn_scene import uniforms
 from insonify.datasets.rendered_scene import SceneImage
 from insonify.formats.store_description import StoreError
+from insonify.formats.zarr_store import sweep
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 
@@ -37,6 +38,8 @@ NOTES = "scenes"
 """Folder of the notes, one for each scene."""
 DESCRIPTION = "dataset.json"
 """File that names the data set of the folder."""
+KILLED = 86_400.0
+"""Age of a scene's folder that only a killed job has left: twins of coherent scenes may be hours apart [s]."""
 PER_FOLDER = {"names.json", "data.yaml"}
 """Files of writers about a whole folder, which are written when all scenes are there."""
 
@@ -82,6 +85,7 @@ class DatasetFolder:
         if known.read_text(encoding="utf-8") != text:
             raise StoreError(f"{self.path} holds another data set: its file, scenario or version differs. Choose "
                              "another folder with -o, or delete this one")  # fmt: skip
+        sweep(self.path / "?????", KILLED)
 
     @staticmethod
     def _may_begin_with(name: str) -> bool:

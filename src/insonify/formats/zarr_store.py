@@ -442,13 +442,14 @@ def delete_recording(path: Path) -> None:
         shutil.rmtree(old, ignore_errors=True)
 
 
-def sweep(target: Path) -> None:
+def sweep(target: Path, age: float = STALE) -> None:
     """Remove temporary folders of interrupted runs in the folder of the target.
 
     Args:
         target: Folder of a recording, whose name may be a pattern.
+        age: Time after which a folder that has not changed is that of an interrupted run [s].
     """
     for stale in target.parent.glob(f".{target.name}.*.partial"):
         with suppress(FileNotFoundError):  # another process has renamed its folder meanwhile
-            if clock.time() - stale.stat().st_mtime > STALE:
+            if clock.time() - stale.stat().st_mtime > age:
                 shutil.rmtree(stale, ignore_errors=True)
