@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from insonify.plotting.target_view import echo_window, half_extent, middle, strongest_target, targets_in_view
+from insonify.plotting.target_view import (
+    echo_window,
+    half_extent,
+    middle,
+    nearest_in_plane,
+    strongest_target,
+    targets_in_view,
+)
 from insonify.simulator import arrivals
 from oracles.scenes import nominal, point
 
@@ -104,3 +111,32 @@ def test_bearings_are_counted_to_the_right_of_boresight():
     assert right.bearing == pytest.approx(-left.bearing) and right.bearing > 0
     assert np.isnan(behind.bearing)
     assert right.slant == pytest.approx(np.linalg.norm([10, 150, 8.5]))
+
+
+@pytest.mark.parametrize(
+    ("target", "near"),
+    [
+        ({"shape": "box", "size": (16, 1, 1)}, np.hypot(31.5, 8)),
+        ({"shape": "box", "size": (16, 1, 1), "heading": np.pi / 2}, np.hypot(24, 8)),
+        ({"shape": "box", "size": (16, 1, 1), "heading": np.pi / 4}, np.hypot(32 - np.sqrt(0.5), 8)),
+        ({"shape": "box", "size": (16, 90, 1)}, 8.0),
+        ({"shape": "sphere", "diameter": 1.0}, np.hypot(32, 8.5) - 0.5),
+        ({"shape": "cylinder", "length": 16.0, "diameter": 1.0}, np.hypot(32, 8.5) - 0.5),
+        (point(0.0, 32.0, 19.5), np.hypot(32, 8.5)),
+    ],
+)
+def test_the_near_side_is_that_at_the_bearing_of_the_middle(target, near):
+    """32 m east of a sonar 9 m above the bed: Pythagoras to the nearest edge in the vertical plane of the bearing.
+
+    Long bodies broadside, end-on, oblique and below the sonar; the radius nearer than the axis of a round one.
+    """
+    scenario = nominal(targets=[{"position": (0.0, 32.0), **target}], track={"window": (0.03, 0.06)})
+    (view,) = targets_in_view(scenario, 0)
+    assert view.near_side == pytest.approx(near, abs=1e-3)  # circles are polygons: 0.05 % of the radius
+
+
+def test_a_surface_beside_the_plane_has_its_nearest_corner():
+    """The middle of a bent body may lie beside it: a triangle 3 to 5 m from the plane, its nearest corner 5 m away."""
+    corners = np.array([[[4.0, 3.0, 0.0], [9.0, 3.0, 0.0], [9.0, 5.0, 0.0]]])
+    assert nearest_in_plane(corners, np.array([0.0, 1.0, 0.0])) == pytest.approx(5.0)
+    assert nearest_in_plane(corners - [0, 4, 0], np.array([0.0, 1.0, 0.0])) == pytest.approx(6.5)

@@ -18,7 +18,7 @@ from insonify.paper.checked_numbers import CheckedNumber, write_numbers
 from insonify.paper.nominal_scenario import box, nominal
 from insonify.plotting import style
 from insonify.plotting.recording_levels import colour_span, recording_levels
-from insonify.plotting.sector_image import name_targets, sector
+from insonify.plotting.sector_image import name_targets, sector, write_title
 from insonify.plotting.target_view import targets_in_view
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import simulate
@@ -175,5 +175,5 @@ def _panels(figure: Figure) -> None:
     level = sound.strength()[0]
     mesh = sector(axes, sound.time * sound.sound_speed / 2, sound.steer, level, colour_span(level))
     name_targets(axes, targets_in_view(scene(), 0), sound.time * sound.sound_speed / 2, sound.steer)
-    axes.set_title("e  image of 49 beams", loc="center", pad=26)
+    write_title(axes, "e  image of 49 beams")
     right.colorbar(mesh, ax=axes, label="apparent target strength [dB re 1 m$^2$]", shrink=0.7)

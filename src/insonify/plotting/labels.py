@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 from insonify.plotting import style
 from insonify.plotting.recording import is_sector
 from insonify.plotting.recording_levels import Floats, RecordingLevels, colour_span, recording_levels
-from insonify.plotting.sector_image import name_targets, sector, sector_axes, sector_cells
+from insonify.plotting.sector_image import (
+    looks_down,
+    name_targets,
+    sector,
+    sector_axes,
+    sector_cells,
+    write_title,
+)
 from insonify.plotting.sidescan import COLUMNS, NAMES, across_label, lines, rows, sidescan_image
 from insonify.plotting.target_view import targets_in_view
 from insonify.plotting.waterfall import COLUMNS as SECTOR_COLUMNS
@@ -81,13 +88,14 @@ def _sectors(ping_labels: xr.Dataset, sound: RecordingLevels, row: int) -> Figur
     size, panels = ((15, 7.5), (1, 2)) if np.ptp(steer) < NARROW else ((10, 13), (2, 1))
     figure = style.new_figure(*size)
     left, right = figure.subplots(*panels).ravel()
-    mesh = sector(left, slant, steer, level, span)
+    down = looks_down(sound.scenario)
+    mesh = sector(left, slant, steer, level, span, down=down)
     masks = {kind: ping_labels[kind].values[order] for kind in KINDS}
     shown = {kind: _any(mask, SECTOR_COLUMNS) for kind, mask in masks.items()}
     sector_cells(right, slant, steer, _coloured(thinned(level, SECTOR_COLUMNS), shown, span))
-    sector_axes(right, slant, steer)
-    left.set_title(sound.named(ping=row), loc="center", pad=26)
-    right.set_title("labels", loc="center", pad=26)
+    sector_axes(right, slant, steer, down=down)
+    write_title(left, sound.named(ping=row))
+    write_title(right, "labels")
     if sound.scenario is not None:
         name_targets(left, targets_in_view(sound.scenario, row), slant, steer)
     name = "level [dB re 1 uPa]" if sound.scenario is None else "apparent target strength [dB re 1 m$^2$]"

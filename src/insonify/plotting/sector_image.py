@@ -14,6 +14,8 @@ from insonify.plotting import style
 from insonify.plotting.recording_levels import Floats, RecordingLevels, colour_span
 from insonify.plotting.target_view import TargetView, targets_in_view
 from insonify.plotting.waterfall import thinned
+from insonify.scenario.scenario import Scenario
+from insonify.sonar.sonar import receiver_mounting
 
 LABELS = 5
 """Largest number of labelled bearings [1]."""
@@ -23,10 +25,14 @@ LARGEST = 9.0, 8.0
 """Largest width and height of a sector [inch]."""
 LEFT, RIGHT, BELOW, ABOVE = 0.85, 1.25, 0.65, 0.85
 """Margins around the sector [inch]: axis, colours, axis, title and bearings."""
+TITLE_PAD, BEARINGS = 6, 20
+"""Space below the title, and that of the bearings along the outer edge [point]."""
 LETTER, LINE = 0.105, 0.19
 """Mean width of a letter of a title, and height of its lines [inch]."""
 EDGE = 0.03
 """Free space around a sector, relative to its longer side [1]."""
+STEEP = np.radians(45)
+"""Tilt of a mounting above which a sector is drawn with the sonar at the top [rad]."""
 
 
 def sector_image(sound: RecordingLevels, row: int) -> Figure:
@@ -45,12 +51,12 @@ def sector_image(sound: RecordingLevels, row: int) -> Figure:
     axes = figure.add_axes((LEFT / page[0], BELOW / page[1], axes_width / page[0], height / page[1]))
     level = sound.strength()[row][order]
     labels = int(np.clip(width / LABEL_WIDTH, 2, LABELS)) // 2 * 2 + 1 if width > 2 * LABEL_WIDTH else 1
-    mesh = sector(axes, slant, steer, level, colour_span(level), labels=labels)
+    mesh = sector(axes, slant, steer, level, colour_span(level), labels=labels, down=looks_down(sound.scenario))
     if sound.scenario is not None:
         name_targets(axes, targets_in_view(sound.scenario, row), slant, steer)
     spare = (axes_width / width - 1) / 2 * np.ptp(axes.get_xlim())  # beside a narrow sector
     axes.set_xlim(axes.get_xlim()[0] - spare, axes.get_xlim()[1] + spare)
-    axes.set_title(title, loc="center", pad=26)
+    write_title(axes, title)
     colours = figure.add_axes(((LEFT + axes_width + 0.2) / page[0], (BELOW + 0.15 * height) / page[1],
                                0.18 / page[0], 0.7 * height / page[1]))  # fmt: skip
     known = sound.scenario is not None
@@ -59,9 +65,18 @@ def sector_image(sound: RecordingLevels, row: int) -> Figure:
     return figure
 
 
+def looks_down(scenario: Scenario | None) -> bool:
+    """Return True if the boresight of the receiver points more down than ahead.
+
+    Args:
+        scenario: Scenario of the recording; None: unknown.
+    """
+    return scenario is not None and bool(receiver_mounting(scenario.sonar).tilt > STEEP)
+
+
 def sector(axes: Axes, slant: Floats, steer: Floats, level: Floats, span: tuple[float, float], *,
-           labels: int = LABELS, ink: str = style.QUIET) -> QuadMesh:  # fmt: skip
-    """Draw levels over a sector, boresight upwards and steer angles to the right.
+           labels: int = LABELS, ink: str = style.QUIET, down: bool = False) -> QuadMesh:  # fmt: skip
+    """Draw levels over a sector, boresight upwards or downwards and steer angles to the right.
 
     Args:
         axes: Axes to draw on.
@@ -71,10 +86,11 @@ def sector(axes: Axes, slant: Floats, steer: Floats, level: Floats, span: tuple[
         span: Levels of the darkest and brightest colour [dB].
         labels: Bearings written along the outer edge; 1: both ends in one label.
         ink: Colour of the marks.
+        down: True for boresight downwards, with the sonar at the top.
     """
     mesh = sector_cells(axes, slant, steer, thinned(level))
     mesh.set(cmap=style.COPPER, clim=span)
-    sector_axes(axes, slant, steer, labels=labels, ink=ink)
+    sector_axes(axes, slant, steer, labels=labels, ink=ink, down=down)
     return mesh
 
 
@@ -93,18 +109,29 @@ def sector_cells(axes: Axes, slant: Floats, steer: Floats, values: ArrayLike) ->
     return axes.pcolormesh(x, y, values, rasterized=True)
 
 
-def sector_axes(axes: Axes, slant: Floats, steer: Floats, *, labels: int = LABELS, ink: str = style.QUIET) -> None:
+def sector_axes(axes: Axes, slant: Floats, steer: Floats, *, labels: int = LABELS, ink: str = style.QUIET,
+                down: bool = False) -> None:  # fmt: skip
     """Set limits and labels of a sector to scale; for the arguments see `sector`."""
     left, right, low, high = _bounds(slant, steer)
     axes.set_aspect("equal")
     axes.set_xlim(left, right)
-    axes.set_ylim(low, high)
+    axes.set_ylim((high, low) if down else (low, high))
     axes.grid(False)
     for side in axes.spines.values():
         side.set_visible(False)
     axes.set_xlabel("to the right of boresight [m]")
-    axes.set_ylabel("along boresight [m]")
+    axes.set_ylabel("below the sonar, along boresight [m]" if down else "along boresight [m]")
     _bearings(axes, slant[-1], steer, labels, ink)
+
+
+def write_title(axes: Axes, title: str) -> None:
+    """Write the title above a sector, and above its bearings where they are there.
+
+    Args:
+        axes: Axes of the sector.
+        title: The title.
+    """
+    axes.set_title(title, loc="center", pad=TITLE_PAD if axes.yaxis_inverted() else TITLE_PAD + BEARINGS)
 
 
 def name_targets(axes: Axes, seen: list[TargetView], slant: Floats, steer: Floats) -> None:
@@ -117,13 +144,14 @@ def name_targets(axes: Axes, seen: list[TargetView], slant: Floats, steer: Float
         steer: Steer angles, ascending [rad], shape (beams,).
     """
     angles = _edges(steer)
+    offset, anchor = (7, "bottom") if axes.yaxis_inverted() else (-7, "top")
     for target in seen:
         if angles[0] <= target.bearing <= angles[-1] and slant[0] <= target.slant <= slant[-1]:
-            near = target.slant - target.half_extent
+            near = max(target.near_side, slant[0])
             position = near * np.sin(target.bearing), near * np.cos(target.bearing)
             axes.annotate(
-                target.label, position, xytext=(0, -7), textcoords="offset points", ha="center", va="top", fontsize=8,
-                color="#FFFBEA", path_effects=[withStroke(linewidth=2.0, foreground="#2A1608")],
+                target.label, position, xytext=(0, offset), textcoords="offset points", ha="center", va=anchor,
+                fontsize=8, color="#FFFBEA", path_effects=[withStroke(linewidth=2.0, foreground="#2A1608")],
             )  # fmt: skip
 
 
@@ -132,10 +160,11 @@ def _bearings(axes: Axes, farthest: float, steer: Floats, labels: int, ink: str)
     angles = _round_angles(steer, labels) if labels > 1 else [(steer[0] + steer[-1]) / 2]
     texts = [_degrees(angle) for angle in angles] if labels > 1 else [f"{_degrees(steer[0])} to {_degrees(steer[-1])}"]
     tip = farthest * 1.006
+    anchor, turn = ("top", 1) if axes.yaxis_inverted() else ("bottom", -1)
     for angle, text in zip(angles, texts, strict=True):
         axes.annotate(
-            text, (tip * np.sin(angle), tip * np.cos(angle)), ha="center", va="bottom", fontsize=9, color=ink,
-            rotation=-np.degrees(angle), rotation_mode="anchor", annotation_clip=False,
+            text, (tip * np.sin(angle), tip * np.cos(angle)), ha="center", va=anchor, fontsize=9, color=ink,
+            rotation=turn * np.degrees(angle), rotation_mode="anchor", annotation_clip=False,
         )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from insonify.plotting import style
 from insonify.plotting.recording_levels import Floats, RecordingLevels, colour_span
-from insonify.plotting.sector_image import name_targets, sector
+from insonify.plotting.sector_image import looks_down, name_targets, sector, write_title
 from insonify.plotting.target_view import TargetView
 
 AROUND = 2.0
@@ -50,9 +50,9 @@ def sector_view(fan: RecordingLevels, seen: list[TargetView], cuts: list[BeamCut
     parts = figure.subfigures(1, len(ratios), width_ratios=ratios, squeeze=False)[0]
     axes = parts[0].subplots()
     slant, level = fan.time * fan.sound_speed / 2, fan.strength()[0]
-    mesh = sector(axes, slant, fan.steer, level, colour_span(level), labels=7)
+    mesh = sector(axes, slant, fan.steer, level, colour_span(level), labels=7, down=looks_down(fan.scenario))
     name_targets(axes, seen, slant, fan.steer)
-    axes.set_title(title, loc="center", pad=26)
+    write_title(axes, title)
     parts[0].colorbar(mesh, ax=axes, label="apparent target strength [dB re 1 m$^2$]", shrink=0.6, pad=0.02)
     for cut in cuts:
         _cuts(parts[1], cut)

@@ -28,6 +28,8 @@ class TargetView:
     """Bearing to the right of boresight, as beams are steered [rad]; NaN behind the array."""
     half_extent: float
     """Half its horizontal diagonal [m]; 0 for a point."""
+    near_side: float
+    """Slant range of its nearest part at that bearing [m]; `slant` for a point."""
 
 
 def strongest_target(scenario: Scenario, ping: int, channels: list[int]) -> tuple[int, int] | None:
@@ -118,11 +120,39 @@ def targets_in_view(scenario: Scenario, ping: int) -> list[TargetView]:
         ping: Number of the ping.
     """
     geometry: PingGeometry = build_simulator(scenario).ping_geometry(ping)
-    ahead, right, _ = geometry.receive_beams.axes
+    ahead, right, down = geometry.receive_beams.axes
     views, scene = [], scenario.scene
     for target in scenario.targets:
         offset = middle(target, scene) - geometry.receive_position
         slant = float(np.linalg.norm(offset))
         bearing = float(np.arcsin(np.clip(offset @ right / slant, -1, 1))) if offset @ ahead > 0 else np.nan
-        views.append(TargetView(target.label, slant, bearing, half_extent(target, scene)))
+        near = slant
+        if not isinstance(target, PointTarget):
+            corners = world_triangles(target, scene.seabed).corners - geometry.receive_position
+            near = nearest_in_plane(corners, np.cross(offset / slant, down))
+        views.append(TargetView(target.label, slant, bearing, half_extent(target, scene), near))
     return views
+
+
+def nearest_in_plane(corners: Floats, normal: Floats) -> float:
+    """Distance from the origin to the nearest part of a surface in a plane through the origin [m].
+
+    Args:
+        corners: Corners of its triangles [m], shape (t, 3, 3).
+        normal: Normal of the plane [1], shape (3,).
+
+    Returns:
+        The distance; that of the nearest corner where the plane does not meet the surface.
+    """
+    side = corners @ normal
+    cut = (side.min(axis=1) <= 0) & (side.max(axis=1) > 0)
+    if not cut.any():
+        return float(np.linalg.norm(corners, axis=-1).min())
+    corners, side = corners[cut], side[cut]
+    to_corners, to_side = np.roll(corners, -1, axis=1), np.roll(side, -1, axis=1)
+    crossed = (side > 0) != (to_side > 0)  # two edges of each triangle
+    part = (side[crossed] / (side - to_side)[crossed])[:, None]
+    start, end = np.moveaxis((corners[crossed] + part * (to_corners - corners)[crossed]).reshape(-1, 2, 3), 1, 0)
+    along = end - start
+    nearest = -np.sum(start * along, axis=1) / np.maximum(np.sum(along**2, axis=1), np.finfo(float).tiny)
+    return float(np.linalg.norm(start + np.clip(nearest, 0, 1)[:, None] * along, axis=1).min())
