@@ -66,7 +66,10 @@ def test_without_a_point_there_are_no_cuts():
 
 def test_targets_ahead_are_named():
     """By their label; one out of the sector or out of range is not."""
-    seen = [TargetView("sphere", 15.0, np.radians(10), 0.3, 14.7),
-            TargetView("astern", 15.0, np.radians(170), 0.3, 14.7), TargetView("far", 300.0, 0.0, 0.3, 299.7)]  # fmt: skip
+    seen = [
+        TargetView("sphere", 15.0, np.radians(10), 0.3, 14.7),
+        TargetView("astern", 15.0, np.radians(170), 0.3, 14.7),
+        TargetView("far", 300.0, 0.0, 0.3, 299.7),
+    ]
     words = [text.get_text() for axes in sector_view(fan(), seen, [], "fan").axes for text in axes.texts]
     assert "sphere" in words and "far" not in words and "astern" not in words

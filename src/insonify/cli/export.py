@@ -14,7 +14,9 @@ MOST_DIGITS = 9
 
 
 def export(
-    recording: Annotated[str, typer.Argument(metavar="OUT", help="Recording made by `insonify run`: folder or URL.")],
+    recording: Annotated[
+        str, typer.Argument(metavar="OUT", help="Recording made by `insonify run`: folder, URL or .nc.")
+    ],
     file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; its suffix names the format.")],
     form: Annotated[
         str | None,

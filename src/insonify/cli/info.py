@@ -34,6 +34,8 @@ def info(
 
     Example: insonify info harbour.zarr --json
 
+    Example: insonify info harbour.nc
+
     Example: insonify info s3://bucket/harbour.zarr
     """
     about = _about(location(file), check)
@@ -51,7 +53,7 @@ def info(
 
 
 def _about(file: str | Path, check: bool) -> dict[str, Any]:
-    if isinstance(file, str) or file.is_dir():
+    if isinstance(file, str) or file.is_dir() or file.suffix.lower() in (".nc", ".nc4"):
         return _of_recording(file)
     return _of_scenario(file) if file.suffix.lower() in (".yaml", ".yml") else _of_instrument(file, check)
 
@@ -66,18 +68,21 @@ def _of_instrument(file: Path, check: bool) -> dict[str, Any]:
         return file_summary(opened)
 
 
-def _of_recording(folder: str | Path) -> dict[str, Any]:
-    from insonify.formats.zarr_store import open_recording, stored_bytes
+def _of_recording(where: str | Path) -> dict[str, Any]:
+    from insonify.formats.stored_recording import is_netcdf, outlined
+    from insonify.formats.zarr_store import stored_bytes
+    from insonify.records.netcdf_recording import REAL
 
-    recording = open_recording(folder)
-    done = int(recording["done"].values.sum())
-    name = next(name for name in ("pressure", "intensity", "recorded") if name in recording)
-    sizes = {str(dim): int(size) for dim, size in recording[name].sizes.items()}
-    group = {"name": name, "pings": sizes.pop("ping"), "pings_read": done, "shape": sizes}
+    with outlined(where) as (stored, recording):
+        sizes = {str(dim): int(size) for dim, size in recording[stored].sizes.items() if dim != "ping"}
+        pings, version = recording.sizes["ping"], str(recording.attrs.get("version", ""))
+        done = int(recording["done"].values.sum()) if "done" in recording else pings
+    of_file = is_netcdf(where)
     return {
-        "file": str(folder), "format": "insonify recording", "bytes": stored_bytes(folder), "maker": "insonify",
-        "model": str(recording.attrs.get("version", "")), "serial": "", "start": None, "end": None, "groups": [group],
-        "simulated": done,
+        "file": str(where), "format": "insonify recording" + (" in netCDF" if of_file else ""),
+        "bytes": Path(where).stat().st_size if of_file else stored_bytes(where), "maker": "insonify", "model": version,
+        "serial": "", "start": None, "end": None, "simulated": done,
+        "groups": [{"name": stored.removesuffix(REAL), "pings": pings, "pings_read": done, "shape": sizes}],
     }  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from insonify.formats.locations import location
 if TYPE_CHECKING:
     import xarray as xr
 
-Recording = Annotated[str, typer.Argument(metavar="OUT", help="Recording made by `insonify run`: folder or URL.")]
+Recording = Annotated[str, typer.Argument(metavar="OUT", help="Recording made by `insonify run`: folder, URL or .nc.")]
 Beam = Annotated[int | None, typer.Option(metavar="B", min=0, help="Which beam, from 0.")]
 
 
@@ -197,14 +197,14 @@ def _show_scenario(file: Path, out: Path, ping: int | None, of_a_recording: bool
 def _show_recording(
     recording: str | Path, out: Path, ping: int | None, beam: int | None, ground: bool, gain: str | None
 ) -> None:
-    from insonify.formats.zarr_store import open_recording
+    from insonify.formats.stored_recording import stored_recording
 
     _check_image(ping, ground, gain)
-    dataset = open_recording(recording)
+    dataset = stored_recording(recording)
     if ping is not None:
         _check_ping(dataset, recording, ping)
     elif not dataset["done"].values.any():
-        raise InputError(f"{recording} holds no ping yet. Simulate one: insonify run FILE -o {recording} --pings 0")
+        raise InputError(f"{recording} holds no ping yet. {_run_again(recording, 0)}")
     _check_beam(dataset, beam)
     if (ground or gain) and "receiver_position" in dataset:
         raise InputError(f"{'--ground' if ground else '--gain'}: {recording} was recorded on another platform than "
@@ -237,9 +237,13 @@ def _show_labels(
     recording: str | Path, out: Path, ping: int | None, beam: int | None, ground: bool, gain: str | None
 ) -> None:
     from insonify.formats.label_store import open_labels
+    from insonify.formats.stored_recording import is_netcdf
     from insonify.formats.zarr_store import open_recording
 
     _check_image(ping, ground, gain)
+    if is_netcdf(recording):
+        raise InputError(f"{recording} is a netCDF file, which has no labels beside the recording. Leave --labels out, "
+                         "or draw the folder of the run: insonify show harbour.zarr --labels -o PNG")  # fmt: skip
     dataset = open_recording(recording)
     if _of_elements(dataset):
         raise InputError(f"{recording} records elements, and labels are those of beams: it can have none. Leave "
@@ -276,10 +280,10 @@ def explain(
     Example: insonify explain harbour.zarr --ping 12 --time "201.9 ms"
     """
     from insonify.explanation.sample_report import explain_sample
-    from insonify.formats.zarr_store import open_recording
+    from insonify.formats.stored_recording import stored_recording
 
     when = arguments.parse_quantity(time, "time", "--time")
-    dataset = open_recording(location(recording))
+    dataset = stored_recording(location(recording))
     if not {"pressure", "intensity"} & set(dataset.variables):
         raise InputError(f"{recording} keeps recorded numbers only. Simulate with sonar.recorder.keep: both")
     _check_ping(dataset, recording, ping)
@@ -310,8 +314,14 @@ def _check_ping(dataset: "xr.Dataset", recording: str | Path, ping: int) -> None
     if ping >= pings:
         raise InputError(f"--ping {ping}: the recording has {_numbered('ping', pings)}")
     if not dataset["done"].values[ping]:
-        fix = f"Simulate it first: insonify run FILE -o {recording} --pings {ping}"
-        raise InputError(f"--ping {ping}: not simulated yet. {fix}")
+        raise InputError(f"--ping {ping}: not simulated yet. {_run_again(recording, ping)}")
+
+
+def _run_again(recording: str | Path, ping: int) -> str:
+    """Advice to simulate a ping."""
+    if str(recording).lower().endswith((".nc", ".nc4")):
+        return f"Simulate it first: insonify run FILE -o harbour.zarr --pings {ping}, and export that again"
+    return f"Simulate it first: insonify run FILE -o {recording} --pings {ping}"
 
 
 def _check_beam(dataset: "xr.Dataset", beam: int | None) -> None:

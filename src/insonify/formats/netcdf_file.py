@@ -3,6 +3,8 @@
 Any program that reads netCDF reads the files; `read_netcdf` returns the bit-identical recording.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
@@ -52,20 +54,36 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
     Raises:
         StoreError: The file does not exist, or is not a netCDF file.
     """
+    with opened_netcdf(path) as file:
+        if (count := max((variable.size for variable in file.variables.values()), default=0)) > MAX_NUMBERS:
+            raise ValueError(f"it declares {count} numbers; {MAX_NUMBERS} is the most")
+        dataset = file.load()
+    dataset = join_complex(dataset)
+    return as_recording(dataset) if {*FIELDS, "recorded"} & set(dataset.variables) else dataset
+
+
+@contextmanager
+def opened_netcdf(path: str | Path) -> Iterator[xr.Dataset]:
+    """Open a netCDF file as it is, complex variables in two parts; values are read on access.
+
+    Args:
+        path: File to read.
+
+    Raises:
+        StoreError: The file does not exist, or cannot be read.
+    """
     if not Path(path).is_file():
         raise StoreError(f"{path}: there is no such file")
     try:
         require_readable_hdf5(path)
         complex_too: dict[str, Any] = {"auto_complex": True} if _engine() == "netcdf4" else {}
         with xr.open_dataset(path, engine=_engine(), decode_times=False, **complex_too) as file:
-            if (count := max((variable.size for variable in file.variables.values()), default=0)) > MAX_NUMBERS:
-                raise ValueError(f"it declares {count} numbers; {MAX_NUMBERS} is the most")
-            dataset = file.load()
+            yield file
+    except StoreError:
+        raise
     except Exception as fault:  # a reader of foreign files may fail in any way
         message = " ".join(str(fault).split())[:200] or type(fault).__name__
         raise StoreError(f"{path} cannot be read as netCDF: {message}") from None
-    dataset = join_complex(dataset)
-    return as_recording(dataset) if {*FIELDS, "recorded"} & set(dataset.variables) else dataset
 
 
 def _engine() -> Literal["netcdf4", "scipy"]:

@@ -33,6 +33,7 @@ from insonify.formats.checked_store import CheckedStore
 from insonify.formats.locations import is_url
 from insonify.formats.named_chunks import open_named_chunks
 from insonify.formats.object_store import ObjectStore
+from insonify.formats.other_files import programs_advice
 from insonify.formats.shards import STALE, RowArray, pings_per_shard, put_chunks, recorded_rows, row_array
 from insonify.formats.store_description import (
     IDENTITY,
@@ -270,6 +271,8 @@ def require_recording(path: str | Path) -> None:
         StoreError: The folder is not a recording, or is damaged.
     """
     if not _is_recording(Path(path)):
+        if Path(path).is_file() and (advice := programs_advice(path)) is not None:
+            raise StoreError(advice)
         raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
     _require_complete(Path(path))
     require_consistent_sizes(read_description(Path(path)), Path(path) / "zarr.json")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from insonify.formats.locations import is_url
 from insonify.formats.store_description import StoreError
-from insonify.formats.zarr_store import open_recording
+from insonify.formats.stored_recording import stored_recording
 from insonify.processing.recorder import lines_as_pings
 from insonify.records.recording import FIELDS
 from insonify.scenario.load import parse_model
@@ -163,7 +163,7 @@ def open_survey(recording: Survey | xr.Dataset | str | Path) -> Survey:
     """Open a recording to be written to another format.
 
     Args:
-        recording: A recording, or its folder or URL, or a survey that is open already.
+        recording: A recording, or its folder, URL or netCDF file, or a survey that is open already.
 
     Raises:
         StoreError: It has no scenario, or no ping yet.
@@ -174,7 +174,7 @@ def open_survey(recording: Survey | xr.Dataset | str | Path) -> Survey:
     if isinstance(recording, xr.Dataset):
         dataset, name = recording, Path(str(recording.attrs.get("title") or "recording"))
     else:
-        dataset, name = open_recording(recording), recording if is_url(recording) else Path(recording)
+        dataset, name = stored_recording(recording), recording if is_url(recording) else Path(recording)
     text = dataset.attrs.get("scenario")
     if not isinstance(text, str):
         raise StoreError(f"{name}: the recording has no scenario, which the settings of a file are taken from. Give "

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from insonify.data_file import require_regular_file
 from insonify.formats.instruments.instrument_file import InstrumentFile
+from insonify.formats.other_files import programs_advice
 from insonify.formats.store_description import StoreError
 
 READERS: tuple[str, ...] = (
@@ -44,6 +45,8 @@ def open_instrument(path: str | Path) -> InstrumentFile:
             return reader(path)
     if by_suffix:
         return by_suffix[0](path)
+    if head and (advice := programs_advice(path)) is not None:
+        raise StoreError(advice)
     known = "; ".join(f"{reader.format} ({', '.join(reader.suffixes)})" for reader in readers)
     start = head[:8].hex(" ") or "the file is empty"
     raise StoreError(f"{path}, byte 0: no format that is read ({start}). Give one of: {known}")
