@@ -49,6 +49,18 @@ def test_a_netcdf_recording_is_described_as_its_folder(folder, capsys):
     assert "pressure: 2 pings x 7 channels x " in capsys.readouterr().out
 
 
+def test_lines_of_a_recorder_alone_are_described(tmp_path, capsys):
+    """A recording without pressure has lines and bins, and the pings that they are of."""
+    recorder = {"stages": [], "keep": "recorded"}
+    scenario = nominal(sonar={"recorder": recorder}, track={"window": (0.1, 0.101), "pings": 2})
+    insonify.record(scenario, tmp_path / "a.zarr")
+    insonify.export(tmp_path / "a.zarr", tmp_path / "a.nc")
+    for name in ("a.zarr", "a.nc"):
+        (group,) = about(capsys, tmp_path / name)["groups"]
+        assert group["name"] == "recorded" and group["pings"] == group["pings_read"] == 2
+        assert set(group["shape"]) == {"line", "channel", "bin"}
+
+
 def test_info_does_not_read_the_samples(folder, capsys, monkeypatch):
     """A file that is too large to be read is described."""
     monkeypatch.setattr(netcdf_file, "MAX_NUMBERS", 10)
