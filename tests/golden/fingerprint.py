@@ -7,6 +7,7 @@ everywhere.
 
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -21,10 +22,11 @@ PROJECTIONS = 4
 
 
 def processor() -> str:
-    """Name of what decides the bits: processor, its features, and versions of the numerical libraries."""
+    """Name of what decides the bits: processor, its features, versions and settings of the numerical libraries."""
     features = hashlib.sha256(llvm.get_host_cpu_features().flatten().encode()).hexdigest()[:8]
     versions = " ".join(f"{one.__name__} {one.__version__}" for one in (llvmlite, numba, np, scipy))
-    return f"{llvm.get_host_cpu_name()} {features}; {versions}"
+    core = os.environ.get("OPENBLAS_CORETYPE")  # which decides the order of sums in products of matrices
+    return f"{llvm.get_host_cpu_name()} {features}; {versions}" + (f"; {core} products" if core else "")
 
 
 def digest(output: Mapping[str, np.ndarray]) -> str:
