@@ -14,7 +14,7 @@ from insonify.units import UNITS
 ROOT = Path(__file__).parents[2]
 FILES = [
     *sorted((ROOT / "src/insonify/scenario/templates").glob("*.yaml")),
-    *sorted(set((ROOT / "examples").glob("*.yaml")) - {ROOT / "examples/dataset.yaml"}),  # of a data set
+    *sorted(set((ROOT / "examples").glob("*.yaml")) - set((ROOT / "examples").glob("*dataset.yaml"))),
 ]
 
 
