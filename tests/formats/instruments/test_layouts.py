@@ -28,9 +28,9 @@ XTF_OFFSETS = {
         "pressure_temperature": 56, "conductivity": 60, "temperature": 64, "pressure": 68, "computed_sound_speed": 72,
         "sensors": 76, "speed_log": 112, "turbidity": 116, "ship_speed": 120, "ship_heading": 124,
         "ship_latitude": 128, "ship_longitude": 136, "ship_altitude": 144, "ship_depth": 146, "fix_hour": 148,
-        "speed": 152, "kp": 156, "latitude": 160, "longitude": 168, "status": 176, "range_to_fish": 178, "bearing_to_fish": 180,
-        "cable_out": 182, "layback": 184, "cable_tension": 188, "sensor_depth": 192, "altitude": 196,
-        "auxiliary_altitude": 200, "pitch": 204, "roll": 208, "heading": 212, "heave": 216, "yaw": 220,
+        "speed": 152, "kp": 156, "latitude": 160, "longitude": 168, "status": 176, "range_to_fish": 178,
+        "bearing_to_fish": 180, "cable_out": 182, "layback": 184, "cable_tension": 188, "sensor_depth": 192,
+        "altitude": 196, "auxiliary_altitude": 200, "pitch": 204, "roll": 208, "heading": 212, "heave": 216, "yaw": 220,
         "attitude_tag": 224, "off_track": 228, "fix_tag": 232,
     },
     "PING_CHANNEL": {
