@@ -5,6 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 SHOWN  := src tests tools benchmarks examples
+FAST   := $(addprefix tests/,golden propagation records scattering scenario sonar)
 unexport PYTHONDONTWRITEBYTECODE  # pytest would rewrite the assertions of 500 files anew in each process: 15 s
 
 .PHONY: help setup demo test check format-check lint types contract shape words fast bench validate format clean clean-venv
@@ -35,7 +36,7 @@ demo: $(READY)  ## simulate the nominal scene and draw it
 test: $(READY)  ## run every test but the slow statistics (at most 8 minutes on two cores)
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
-check: format-check lint types contract shape words fast  ## what a reviewer would check (at most 90 seconds)
+check: format-check lint types contract shape words fast  ## static checks, goldens and a third of the tests (at most 90 seconds)
 
 format-check: $(READY)
 	$(BIN)/ruff format --check $(wildcard $(SHOWN))
@@ -56,7 +57,7 @@ words: $(READY)  ## list where words of the code are not those of the glossary
 	$(BIN)/python tools/words.py
 
 fast: $(READY)
-	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m 'not validate and not slow'
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m 'not validate and not slow' $(FAST)
 
 bench: $(READY)  ## measure speed on this machine, append it to the ledger and compare
 	$(BIN)/python benchmarks/run.py
