@@ -74,9 +74,9 @@ def test_replicas_that_overlap_are_grouped_by_direction(distance, groups, omitte
 @pytest.mark.parametrize("distance", [4.0, 12.0])
 def test_of_dense_points_directions_between_interfere_half_way(distance):
     """DD, SD from row 10 and DS, SS from another: each alone, and 2 Re(A B*) times the mean product of the gains."""
-    rows, (alone, more, less), left_out = deposited(0.0105, 10.0 + distance, is_dense=True)
+    rows, (by_direction, added, subtracted), left_out = deposited(0.0105, 10.0 + distance, is_dense=True)
     assert not rows.any() and len(left_out) == 0
-    np.testing.assert_allclose(alone.row, [10, 10 + distance])
+    np.testing.assert_allclose(by_direction.row, [10, 10 + distance])
 
     def powers(groups):
         """Power of the sum of each group at some frequencies, which determine it as times do."""
@@ -86,7 +86,7 @@ def test_of_dense_points_directions_between_interfere_half_way(distance):
     replicas = [(0.020, 2.0 + 0j), (0.0205, 1.0j), (0.0205, 1.0j), (0.021, -0.5 + 0j)]
     sums = [sum(w * np.exp(2j * np.pi * np.arange(7) * 131.0 * tau) for tau, w in some)
             for some in ([replicas[0], replicas[2]], [replicas[1], replicas[3]])]  # fmt: skip
-    np.testing.assert_allclose(sorted(map(sum, powers(alone))), sorted((np.abs(one) ** 2).sum() for one in sums))
+    np.testing.assert_allclose(sorted(map(sum, powers(by_direction))), sorted((np.abs(one) ** 2).sum() for one in sums))
     cross = np.sinc(distance / 8) * 2 * (sums[0] * np.conj(sums[1])).real
-    np.testing.assert_allclose(sum(powers(more)) - sum(powers(less)), cross, atol=1e-12)
-    np.testing.assert_allclose([*more.row, *less.row], 10 + distance / 2)
+    np.testing.assert_allclose(sum(powers(added)) - sum(powers(subtracted)), cross, atol=1e-12)
+    np.testing.assert_allclose([*added.row, *subtracted.row], 10 + distance / 2)

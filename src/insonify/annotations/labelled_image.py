@@ -30,8 +30,8 @@ class ImageAxis:
     """Values in the middle of the rows or columns, shape (n,); negative to port."""
 
     @property
-    def shown(self) -> Self:
-        """The axis as figures show it: angles in degrees."""
+    def in_degrees(self) -> Self:
+        """The axis with angles in degrees, as figures show them; other axes as they are."""
         return replace(self, units="deg", values=np.degrees(self.values)) if self.units == "rad" else self
 
     @property

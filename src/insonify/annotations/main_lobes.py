@@ -13,7 +13,7 @@ from insonify.propagation.families import image_depth
 from insonify.scenario.scenario import Scenario
 from insonify.scene.solid import world_triangles
 from insonify.scene.target import PointTarget, Target
-from insonify.simulator import build_simulator
+from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.units import amplitude_ratio
 
@@ -24,19 +24,21 @@ MAIN_LOBE_DB = -12.0
 aperture [dB]."""
 
 
-def beams_at_targets(scenario: Scenario, ping: int, families: Sequence[str]) -> dict[str, NDArray[np.bool_]]:
+def beams_at_targets(simulator: Simulator, ping: int, families: Sequence[str]) -> dict[str, NDArray[np.bool_]]:
     """Channels that have each target in the main lobe of their receive beam, by its label, shape (channels,) each.
 
     Args:
-        scenario: Scenario with its targets.
+        simulator: Simulator of the scenario with its targets.
         ping: Number of the ping.
         families: Families of receive legs: by way of the surface a target appears nearer to the boresight. The bed
             is taken as flat. Vertical patterns do not count.
     """
-    sides, depth = build_simulator(scenario).ping_geometries(ping), scenario.seabed.depth
+    scenario, sides = simulator.scenario, simulator.ping_geometries(ping)
     points = {target.label: _corners(target, scenario) for target in scenario.targets}
     return {
-        label: np.concatenate([_in_main_lobe(_seen_from(side, position, families, depth), side) for side in sides])
+        label: np.concatenate(
+            [_in_main_lobe(_seen_from(side, position, families, scenario.seabed.depth), side) for side in sides]
+        )
         for label, position in points.items()
     }
 

@@ -38,8 +38,8 @@ def draw_annotations(image: LabelledImage, path: str | Path) -> Path:
         drawn = list(annotations(image))
         for axes, shown in ((left, []), (right, drawn)):
             _draw(axes, image, shown)
-            axes.set_xlabel(image.columns.shown.label)
-        left.set_ylabel(image.rows.shown.label)
+            axes.set_xlabel(image.columns.in_degrees.label)
+        left.set_ylabel(image.rows.in_degrees.label)
         left.set_title("image")
         right.set_title("annotations")
         kinds = sorted({part.kind for part in drawn})
@@ -50,7 +50,7 @@ def draw_annotations(image: LabelledImage, path: str | Path) -> Path:
 
 def _draw(axes: Axes, image: LabelledImage, drawn: list[Annotation]) -> None:
     """Draw levels in grey, annotations over them in colour, and the names of the targets."""
-    columns, rows = _edges(image.columns.shown.values), _edges(image.rows.shown.values)
+    columns, rows = _edges(image.columns.in_degrees.values), _edges(image.rows.in_degrees.values)
     picture = np.repeat(greys(image.image, level_span(image.image))[..., None] / 255.0, 3, axis=-1)
     for row, name in enumerate(CLASSES):
         mask = np.isin(image.layers[row], [part.instance for part in drawn if part.kind == row + 1])

@@ -242,7 +242,7 @@ def _show_labels(
 
     _check_image(ping, ground, gain)
     if is_netcdf(recording):
-        raise InputError(f"{recording} is a netCDF file, which has no labels beside the recording. Leave --labels out, "
+        raise InputError(f"{recording} is a netCDF file, which holds no labels. Leave --labels out, "
                          "or draw the folder of the run: insonify show harbour.zarr --labels -o PNG")  # fmt: skip
     dataset = open_recording(recording)
     if _of_elements(dataset):

@@ -59,7 +59,7 @@ def write_contact_sheet(file: str | Path, path: str | Path, count: int) -> Path:
 
 def _draw(axes: Axes, image: LabelledImage) -> AxesImage:
     """Draw one image with the outlines of its masks, and the labels of its targets."""
-    rows, columns = image.rows.shown.values, image.columns.shown.values
+    rows, columns = image.rows.in_degrees.values, image.columns.in_degrees.values
     extent = (columns[0], columns[-1], rows[-1], rows[0])
     axes.grid(False)
     level = image.image - np.nanmedian(image.image)
@@ -77,7 +77,7 @@ def _draw(axes: Axes, image: LabelledImage) -> AxesImage:
             axes.annotate(label, (columns[column], rows[row]), xytext=(3, 4), textcoords="offset points",
                            color="white", fontsize=6)  # fmt: skip
     axes.set_title(fill(image.name.replace("_", " "), TITLE_WIDTH), fontsize=8, loc="left", pad=2)
-    axes.set_xlabel(image.columns.shown.label, fontsize=7)
-    axes.set_ylabel(image.rows.shown.label, fontsize=7)
+    axes.set_xlabel(image.columns.in_degrees.label, fontsize=7)
+    axes.set_ylabel(image.rows.in_degrees.label, fontsize=7)
     axes.tick_params(labelsize=6)
     return shown

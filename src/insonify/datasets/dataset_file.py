@@ -115,7 +115,7 @@ class Clutter(Model):
                               "above 0.")  # fmt: skip
         if "position" in self.target:
             raise field_error("target.position", None, "is drawn. Leave it out, or write position: {area: swath} "
-                              "beside target.")  # fmt: skip
+                              "as a key of the clutter.")  # fmt: skip
         for key, value in self._drawn_keys.items():
             try:
                 draw = Draw.model_validate(value)

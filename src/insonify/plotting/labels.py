@@ -87,19 +87,19 @@ def _sectors(ping_labels: xr.Dataset, sound: RecordingLevels, row: int) -> Figur
     span = colour_span(level)
     size, panels = ((15, 7.5), (1, 2)) if np.ptp(steer) < NARROW else ((10, 13), (2, 1))
     figure = style.new_figure(*size)
-    left, right = figure.subplots(*panels).ravel()
+    level_axes, label_axes = figure.subplots(*panels).ravel()
     down = looks_down(sound.scenario)
-    mesh = sector(left, slant, steer, level, span, down=down)
+    mesh = sector(level_axes, slant, steer, level, span, down=down)
     masks = {kind: ping_labels[kind].values[order] for kind in KINDS}
     shown = {kind: _any(mask, SECTOR_COLUMNS) for kind, mask in masks.items()}
-    sector_cells(right, slant, steer, _coloured(thinned(level, SECTOR_COLUMNS), shown, span))
-    sector_axes(right, slant, steer, down=down)
-    write_title(left, sound.named(ping=row))
-    write_title(right, "labels")
+    sector_cells(label_axes, slant, steer, _coloured(thinned(level, SECTOR_COLUMNS), shown, span))
+    sector_axes(label_axes, slant, steer, down=down)
+    write_title(level_axes, sound.named(ping=row))
+    write_title(label_axes, "labels")
     if sound.scenario is not None:
-        name_targets(left, targets_in_view(sound.scenario, row), slant, steer)
+        name_targets(level_axes, targets_in_view(sound.scenario, row), slant, steer)
     name = "level [dB re 1 uPa]" if sound.scenario is None else "apparent target strength [dB re 1 m$^2$]"
-    figure.colorbar(mesh, ax=[left, right], label=name, pad=0.01, shrink=0.7)
+    figure.colorbar(mesh, ax=[level_axes, label_axes], label=name, pad=0.01, shrink=0.7)
     _legend(figure, masks)
     return figure
 

@@ -120,15 +120,15 @@ def _number_directions(row: Floats, direction: NDArray[np.intp]) -> bool:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _divide_directions(row: Floats, direction: NDArray[np.intp]) -> None:
     """Number directions of some replicas from 0 on, each within `COMPACT` of the first replica from it."""
-    count = 0
+    count, first_row = 0, np.empty(row.size)
     for k in range(row.size):
-        direction[k] = count
-        for other in range(k):
-            # the first replica of a direction comes before all others of it
-            if abs(row[k] - row[other]) <= COMPACT and (other == 0 or direction[other] > direction[:other].max()):
-                direction[k] = direction[other]
-                break
-        count = max(count, direction[k] + 1)
+        number = 0
+        while number < count and abs(row[k] - first_row[number]) > COMPACT:
+            number += 1
+        if number == count:
+            first_row[count] = row[k]
+            count += 1
+        direction[k] = number
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -214,14 +214,14 @@ def _groups(some: GroupList) -> RowGroups:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _append_interference(
-    more: GroupList, less: GroupList, delay: Floats, weight: Complexes, direction: NDArray[np.intp], row: Floats,
+    added: GroupList, subtracted: GroupList, delay: Floats, weight: Complexes, direction: NDArray[np.intp], row: Floats,
     row_phase: float,
 ) -> None:  # fmt: skip
     """Append the interference of replicas from each two directions, 2 Re(A B*) = |A + B|^2 - |A|^2 - |B|^2, half way.
 
     Args:
-        more: Groups whose intensity is added.
-        less: Groups whose intensity is subtracted.
+        added: Groups whose intensity is added.
+        subtracted: Groups whose intensity is subtracted.
         delay: Delay of each replica [s], (m,).
         weight: Weight of each replica, (m,).
         direction: Number of its direction, (m,).
@@ -233,7 +233,7 @@ def _append_interference(
             if abs(row[one] - row[other]) >= APART:
                 continue
             product, between = mean_gain_product(row_phase, row[one] - row[other]), 0.5 * (row[one] + row[other])
-            together, separate = (more, less) if product > 0 else (less, more)
+            together, separate = (added, subtracted) if product > 0 else (subtracted, added)
             for number in (one, other):
                 for k in range(delay.size):
                     if direction[k] == number:
@@ -274,7 +274,7 @@ def deposit_pairs_on_rows(
     count, point_count = pairs.pair.shape[0], legs.transmit_delay.shape[1]
     shares = pairs.interference_factor, pairs.mean_energy
     delay, row, weight = np.empty(count), np.empty(count), np.empty(count, np.complex128)
-    alone, more, less = _empty_list(point_count, 4 * point_count), _empty_list(1, 1), _empty_list(1, 1)
+    by_direction, added, subtracted = _empty_list(point_count, 4 * point_count), _empty_list(1, 1), _empty_list(1, 1)
     direction, group_row = np.empty(count, np.intp), np.empty(count)  # direction -1: replicas that arrive together
     left_out, left_out_count = np.empty(point_count, np.intp), 0
     for n in range(point_count):
@@ -313,22 +313,22 @@ def deposit_pairs_on_rows(
                 begin = end
                 continue
             number_count = direction[begin:end].max() + 1
-            alone = _with_room(alone, number_count, end - begin)
+            by_direction = _with_room(by_direction, number_count, end - begin)
             for number in range(number_count):
                 energy_sum, row_sum = 0.0, 0.0
                 for k in range(begin, end):
                     if direction[k] == number:
                         energy = weight[k].real ** 2 + weight[k].imag ** 2
                         energy_sum, row_sum = energy_sum + energy, row_sum + energy * row[k]
-                        _append(alone, delay[k], weight[k])
+                        _append(by_direction, delay[k], weight[k])
                 group_row[number] = row_sum / energy_sum
-                _end_group(alone, group_row[number])
+                _end_group(by_direction, group_row[number])
             if number_count > 1:
                 most = number_count * (number_count - 1), number_count * (end - begin)
-                more, less = _with_room(more, *most), _with_room(less, *most)
+                added, subtracted = _with_room(added, *most), _with_room(subtracted, *most)
                 _append_interference(
-                    more, less, delay[begin:end], weight[begin:end], direction[begin:end], group_row[:number_count],
-                    grid.row_phase,
+                    added, subtracted, delay[begin:end], weight[begin:end], direction[begin:end],
+                    group_row[:number_count], grid.row_phase,
                 )  # fmt: skip
             begin = end
-    return _groups(alone), _groups(more), _groups(less), left_out[:left_out_count]
+    return _groups(by_direction), _groups(added), _groups(subtracted), left_out[:left_out_count]

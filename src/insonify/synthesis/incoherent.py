@@ -159,12 +159,12 @@ class IncoherentAccumulator:
         for copy in split_by_coherence(coherent_subsets(pairs), self.delay_field, geometry):
             for one, interfering, independent in self.replica_jitter.expected_parts(copy):
                 some = PairEnergies(one.pair, one.strength, support, interfering, interfering + independent)
-                alone, more, less, left_out = deposit_pairs_on_rows(
+                by_direction, added, subtracted, left_out = deposit_pairs_on_rows(
                     energies.rows, grid, legs, some, len(pairs.scatterers) >= DENSE
                 )  # fmt: skip
-                self._add_groups_to_rows(energies, alone, interfering, independent)
-                self._add_groups_to_rows(energies, more, interfering, 0.0)
-                self._add_groups_to_rows(energies, less, -interfering, 0.0)
+                self._add_groups_to_rows(energies, by_direction, interfering, independent)
+                self._add_groups_to_rows(energies, added, interfering, 0.0)
+                self._add_groups_to_rows(energies, subtracted, -interfering, 0.0)
                 if len(left_out):
                     part = one.at(left_out)
                     self._add_scatterers(energies, part, *self.weights(part), interfering, independent)
