@@ -248,17 +248,37 @@ def changes_sign(gradient: Floats, reach: int, result: NDArray[np.bool_]) -> Non
         result: Filled, (a, b).
     """
     _, rows, columns = gradient.shape
-    for i in range(rows):
-        for j in range(columns):
-            result[i, j] = True
-            for axis in range(2):
-                low, high = math.inf, -math.inf
-                for a in range(max(i - reach, 0), min(i + reach + 1, rows)):
-                    for b in range(max(j - reach, 0), min(j + reach + 1, columns)):
-                        low, high = min(low, gradient[axis, a, b]), max(high, gradient[axis, a, b])
-                if not (1.25 * low <= 0.25 * high and 0.25 * low <= 1.25 * high):
-                    result[i, j] = False
-                    break
+    low_columns, high_columns = np.empty((rows, columns)), np.empty((rows, columns))
+    low, high = np.empty(columns), np.empty(columns)
+    result[:] = True
+    for axis in range(2):
+        for i in range(rows):
+            _range_along_row(gradient[axis, i], reach, low_columns[i], high_columns[i])
+        for i in range(rows):
+            low[:], high[:] = math.inf, -math.inf
+            for a in range(max(i - reach, 0), min(i + reach + 1, rows)):
+                _widen_range(low_columns[a], high_columns[a], low, high)
+            is_marked = result[i]
+            for j in range(columns):
+                is_marked[j] &= (1.25 * low[j] <= 0.25 * high[j]) & (0.25 * low[j] <= 1.25 * high[j])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _range_along_row(values: Floats, reach: int, low: Floats, high: Floats) -> None:
+    """Least and greatest of the known values at most `reach` away along a row, shape (n,)."""
+    low[:], high[:] = math.inf, -math.inf
+    for shift in range(min(reach + 1, values.size)):
+        count = values.size - shift
+        _widen_range(values[shift:], values[shift:], low[:count], high[:count])
+        _widen_range(values[:count], values[:count], low[shift:], high[shift:])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _widen_range(new_low: Floats, new_high: Floats, low: Floats, high: Floats) -> None:
+    """Widen ranges by others; bounds that are not numbers change nothing."""
+    for j in range(low.size):
+        low[j] = new_low[j] if new_low[j] < low[j] else low[j]
+        high[j] = new_high[j] if new_high[j] > high[j] else high[j]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

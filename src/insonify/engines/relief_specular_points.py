@@ -40,19 +40,16 @@ from insonify.recent_results import RecentResults
 from insonify.records.legs import Legs
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.scene.terrain_lattice import NODES_PER_WAVE
 
 Floats = NDArray[np.float64]
 
 NODES = 160
 """Nodes of the ground along each side of the square that is searched, at most [1]."""
-NODES_PER_WAVE = 8.0
-"""Nodes along the shortest wave of the ground that is searched [1]."""
 SLOPES = 4.0
 """Slopes that are searched, in rms slopes of the ground [1]."""
 MARGIN = 12
 """Nodes of the ground around that square, beyond which the ends of spline and low-pass have no effect [1]."""
-HALF_RESPONSE = 0.249
-"""Standard deviation of the Gaussian of `_long_waves` whose half of a wave of length 1 stays [1]."""
 SIGN_NODES = 2
 """Nodes to either side among which the gradient changes sign about a stationary point [1]."""
 MAX_SPECULAR_POINTS = 64
@@ -207,27 +204,27 @@ def specular_points(
         The points; None where roughness leaves nothing coherent, the ground is unknown, or none is found within the
         slopes that are searched. Just beyond a caustic, on its dark side, nothing is kept.
     """
-    from scipy.ndimage import spline_filter
-
     before, after = terrain.depth - begin[2], terrain.depth - stop[2]
     middle = begin[:2] + before / (before + after) * (stop[:2] - begin[:2])
     reach = np.array([before, after])
-    zone = 2 * np.sqrt(wavelength * reach.prod() / reach.sum())
-    wave = max(float(zone), terrain.relief.shortest_wavelength)
-    if float(terrain.roughness_reflection_factor(np.ones(1), wavelength, np.array([wave]))[0]) < NEGLIGIBLE_PRESSURE:
+    zone, shortest, lattice = (
+        2 * np.sqrt(wavelength * reach.prod() / reach.sum()), terrain.relief.shortest_wavelength, terrain.lattice
+    )  # fmt: skip
+    low = np.array([max(float(zone), shortest)])
+    if float(terrain.roughness_reflection_factor(np.ones(1), wavelength, low)[0]) < NEGLIGIBLE_PRESSURE:
         return None
-    half = zone + SLOPES * _rms_slope(terrain, middle, float(reach.max())) * float(reach.max())
-    step = max(wave / NODES_PER_WAVE, 2 * half / NODES)
-    wave = max(wave, NODES_PER_WAVE * step)
-    keeps_all = wave <= terrain.relief.shortest_wavelength
-    nodes = np.arange(-np.ceil(half / step) - MARGIN, np.ceil(half / step) + MARGIN + 1) * step
-    north, east = middle[0] + nodes, middle[1] + nodes
-    depth = terrain.depth_at(north[:, None], east[None, :])
+    half = float(zone + SLOPES * lattice.rms_slope(middle, float(reach.max())) * reach.max())
+    if not np.isfinite(half):
+        return None
+    wave = lattice.resolved_wavelength(max(float(zone), 2 * half / NODES * NODES_PER_WAVE))
+    keeps_all, step = wave <= shortest, wave / NODES_PER_WAVE
+    first = np.floor((middle - half) / step).astype(int) - MARGIN
+    size = np.ceil((middle + half) / step).astype(int) + MARGIN + 1 - first
+    depth, smooth, coefficients = lattice.window(wave, tuple(first.tolist()), tuple(size.tolist()))
     if not np.all(np.isfinite(depth)):
         return None
-    smooth = depth if keeps_all else _long_waves(depth, wave / step)
-    residual = float(np.var((depth - smooth)[MARGIN:-MARGIN, MARGIN:-MARGIN]))
-    spline = TerrainSpline(spline_filter(smooth, mode="mirror"), float(north[0]), float(east[0]), float(step))
+    residual = 0.0 if keeps_all else float(np.var((depth - smooth)[MARGIN:-MARGIN, MARGIN:-MARGIN]))
+    spline = TerrainSpline(coefficients, float(first[0] * step), float(first[1] * step), float(step))
     ends = PathEnds(begin, stop, water)
     positions = _stationary(_starts(smooth, spline, ends), spline, ends)
     if not len(positions):
@@ -242,25 +239,6 @@ def specular_points(
     else:
         length = np.linalg.norm(exact - begin, axis=1) + np.linalg.norm(exact - stop, axis=1)
     return points._replace(position=exact, length=length)
-
-
-def _long_waves(depth: Floats, wave: float) -> Floats:
-    """Ground without its waves shorter than `wave` nodes, of which half stays: 1 - (1 - g)^2, with g a Gaussian.
-
-    A wave six times as long loses 0.1 % of its height; a Gaussian with the same half alone takes 1.9 %.
-    """
-    from scipy.ndimage import gaussian_filter
-
-    deviation = HALF_RESPONSE * wave
-    short = depth - gaussian_filter(depth, deviation, mode="nearest")
-    return np.asarray(depth - short + gaussian_filter(short, deviation, mode="nearest"))
-
-
-def _rms_slope(terrain: SeabedTerrain, middle: Floats, reach: float) -> float:
-    """Rms slope of the resolved ground about a position, of one direction [1]."""
-    offset = np.linspace(-reach, reach, 33) / 2
-    sample = terrain.relief.sample(middle[0] + offset[:, None], middle[1] + offset[None, :])
-    return float(np.sqrt(np.nanmean(np.square(sample.slope))))
 
 
 def _paths(terrain: TerrainSpline, positions: Floats, ends: PathEnds) -> Floats:

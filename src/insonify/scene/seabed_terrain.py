@@ -15,6 +15,7 @@ from insonify.scene.heightmap_cache import CELLS, HeightmapCache, HeightmapTiles
 from insonify.scene.heightmap_synthesis import HeightmapSynthesizer
 from insonify.scene.scatterer_terrain_cache import ScattererTerrainCache
 from insonify.scene.terrain.composite_relief import CompositeRelief
+from insonify.scene.terrain_lattice import TerrainLattice
 
 Floats = NDArray[np.float64]
 NextPositions = Callable[[NDArray[np.int64], NDArray[np.int64]], tuple[Floats, Floats]]
@@ -74,6 +75,11 @@ class SeabedTerrain:
 
         cache = self._points.get(seed) or self._points.setdefault(seed, ScattererTerrainCache(_MAX_CACHE_BYTES))
         return cache.rows_of(key, size, computed)
+
+    @cached_property
+    def lattice(self) -> TerrainLattice:
+        """Lattices of nodes on which specular points are searched."""
+        return TerrainLattice(self.depth, self.relief, self.relief.shortest_wavelength)
 
     @cached_property
     def heightmap_cell_size(self) -> float:

@@ -1,0 +1,162 @@
+"""Terrain on the nodes of square lattices that are fixed to the world, in tiles that are kept.
+
+Searches about a moving sonar read nearly the same nodes in every ping; a tile is evaluated once.
+"""
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.recent_results import RecentResults
+from insonify.scene.terrain.relief import Relief
+
+Floats = NDArray[np.float64]
+
+TILE_NODES = 64
+"""Nodes along the side of a tile [1]."""
+MAX_TILES = 512
+"""Tiles that are kept, 32 or 64 kB each [1]."""
+NODES_PER_WAVE = 8
+"""Nodes along the shortest wave that a lattice without shorter ones keeps half of [1]."""
+STEPS_PER_OCTAVE = 16
+"""Lattice steps from one to twice that one: so that few lattices are made for a sonar that heaves [1]."""
+SQUARES_PER_SIDE = 4
+"""Positions along the side of a square, at which rms slopes are evaluated [1]."""
+HALF_RESPONSE = 0.249
+"""Standard deviation of the Gaussian of `_long_waves` whose half of a wave of length 1 stays [1]."""
+FILTER_MARGIN = 32
+"""Nodes around a tile, beyond which nothing changes its low-pass and spline coefficients by more than rounding [1]."""
+SLOPE_SAMPLES = 33
+"""Samples of the slope along the side of a square [1]."""
+
+
+class LatticeWindow(NamedTuple):
+    """Part of a lattice."""
+
+    depth: Floats
+    """Depth of the terrain at the nodes [m], NaN where it is unknown, shape (a, b)."""
+    long_waves: Floats
+    """Depth without the waves that the lattice does not resolve [m], shape (a, b)."""
+    coefficients: Floats
+    """Coefficients of the cubic spline through `long_waves` [m], shape (a, b)."""
+
+
+class TerrainLattice:
+    """Lattices of one terrain."""
+
+    def __init__(self, depth: float, relief: Relief, shortest_wavelength: float) -> None:
+        """Create lattices without tiles.
+
+        Args:
+            depth: Depth of the mean plane [m].
+            relief: Relief on it.
+            shortest_wavelength: Shortest wavelength of the relief [m].
+        """
+        self._depth, self._relief, self._shortest = depth, relief, shortest_wavelength
+        self._tiles = RecentResults[tuple[Floats, ...]](MAX_TILES)
+        self._slopes = RecentResults[float](MAX_TILES)
+
+    def resolved_wavelength(self, needed: float) -> float:
+        """Shortest wavelength of a lattice, within 2.2 % of the one given, but at least that of the terrain [m].
+
+        Args:
+            needed: Wavelength below which nothing need be resolved [m].
+        """
+        octaves = round(STEPS_PER_OCTAVE * math.log2(max(needed / self._shortest, 1.0))) / STEPS_PER_OCTAVE
+        return float(self._shortest * 2.0**octaves)
+
+    def window(self, wavelength: float, first: tuple[int, int], shape: tuple[int, int]) -> LatticeWindow:
+        """Nodes of the lattice that resolves waves from a given length on.
+
+        Args:
+            wavelength: Shortest wavelength, from `resolved_wavelength` [m]; the step is that over `NODES_PER_WAVE`.
+            first: Numbers of the first node to the north and the east [steps].
+            shape: Number of nodes along both axes.
+        """
+        depth = self._assembled(partial(self._raw_tile, wavelength), first, shape)[0]
+        return LatticeWindow(depth, *self._assembled(partial(self._filtered_tile, wavelength), first, shape))
+
+    def rms_slope(self, middle: Floats, reach: float) -> float:
+        """Rms slope of the resolved terrain about a position, of one direction [1]; NaN where the terrain is unknown.
+
+        Args:
+            middle: North, east [m], shape (2,).
+            reach: Side of the square that is sampled, about [m].
+        """
+        side = 2.0 ** (round(STEPS_PER_OCTAVE * math.log2(reach)) / STEPS_PER_OCTAVE)
+        row, column = (round(float(x) * SQUARES_PER_SIDE / side) for x in middle)
+        return self._slopes.get((side, row, column), partial(self._sampled_slope, side, row, column))
+
+    def _sampled_slope(self, side: float, row: int, column: int) -> float:
+        """Rms slope in a square about a position that is a whole number of quarters of its side from the origin."""
+        offset = np.linspace(-side, side, SLOPE_SAMPLES) / 2
+        north, east = (number * side / SQUARES_PER_SIDE + offset for number in (row, column))
+        slope = self._relief.sample(north[:, None], east[None, :]).slope
+        known = slope[np.isfinite(slope)]
+        return float(np.sqrt(np.mean(np.square(known)))) if known.size else math.nan
+
+    def _assembled(
+        self, tile: Callable[[int, int], tuple[Floats, ...]], first: tuple[int, int], shape: tuple[int, int]
+    ) -> list[Floats]:
+        """Columns of a range of nodes, copied from the tiles that it overlaps."""
+        rows, columns = (_overlaps(start, count) for start, count in zip(first, shape, strict=True))
+        parts = [[tile(row, column) for column, *_ in columns] for row, *_ in rows]
+        found = [np.empty(shape) for _ in parts[0][0]]
+        for (_, inside, target), along in zip(rows, parts, strict=True):
+            for (_, inside_across, target_across), arrays in zip(columns, along, strict=True):
+                for out, array in zip(found, arrays, strict=True):
+                    out[target, target_across] = array[inside, inside_across]
+        return found
+
+    def _raw_tile(self, wavelength: float, row: int, column: int) -> tuple[Floats, ...]:
+        """Depth at the nodes of one tile."""
+        step, node = wavelength / NODES_PER_WAVE, np.arange(TILE_NODES)
+
+        def evaluated() -> tuple[Floats]:
+            north, east = ((number * TILE_NODES + node) * step for number in (row, column))
+            return (np.asarray(self._depth - self._relief.height(north[:, None], east[None, :])),)
+
+        return self._tiles.get((wavelength, row, column, False), evaluated)
+
+    def _filtered_tile(self, wavelength: float, row: int, column: int) -> tuple[Floats, ...]:
+        """Depth without short waves, and its spline coefficients, at the nodes of one tile."""
+        from scipy.ndimage import spline_filter
+
+        def evaluated() -> tuple[Floats, Floats]:
+            size = TILE_NODES + 2 * FILTER_MARGIN
+            first = row * TILE_NODES - FILTER_MARGIN, column * TILE_NODES - FILTER_MARGIN
+            depth = self._assembled(partial(self._raw_tile, wavelength), first, (size, size))[0]
+            unknown = ~np.isfinite(depth)
+            if unknown.any():
+                depth[unknown] = self._depth if unknown.all() else depth[~unknown].mean()
+            smooth = depth if wavelength <= self._shortest else _long_waves(depth, NODES_PER_WAVE)
+            inner = (slice(FILTER_MARGIN, -FILTER_MARGIN),) * 2
+            return smooth[inner].copy(), spline_filter(smooth, mode="mirror")[inner].copy()
+
+        return self._tiles.get((wavelength, row, column, True), evaluated)
+
+
+def _overlaps(first: int, count: int) -> list[tuple[int, slice, slice]]:
+    """Tiles that a range of nodes overlaps: number of each, its nodes inside the tile, and in the range."""
+    found, last = [], first + count
+    for number in range(first // TILE_NODES, -(-last // TILE_NODES)):
+        begin, end = max(number * TILE_NODES, first), min((number + 1) * TILE_NODES, last)
+        inside = slice(begin - number * TILE_NODES, end - number * TILE_NODES)
+        found.append((number, inside, slice(begin - first, end - first)))
+    return found
+
+
+def _long_waves(depth: Floats, wave: float) -> Floats:
+    """Ground without its waves shorter than `wave` nodes, of which half stays: 1 - (1 - g)^2, with g a Gaussian.
+
+    A wave six times as long loses 0.1 % of its height; a Gaussian with the same half alone takes 1.9 %.
+    """
+    from scipy.ndimage import gaussian_filter
+
+    deviation = HALF_RESPONSE * wave
+    short = depth - gaussian_filter(depth, deviation, mode="nearest")
+    return np.asarray(depth - short + gaussian_filter(short, deviation, mode="nearest"))

@@ -1,0 +1,109 @@
+"""Tests of lattices of terrain: tiles that fit together, whatever is read first."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import spline_filter
+
+from insonify.scene import terrain_lattice
+from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.scene.terrain.composite_relief import build_terrain
+from insonify.scene.terrain.power_law import PowerLaw
+from insonify.scene.terrain.relief import Relief, TerrainSample
+from insonify.scene.terrain_lattice import NODES_PER_WAVE, TerrainLattice
+
+SHAPE = 150, 90
+FIRST = -70, 40
+CUTOFF = 0.5
+
+
+def _terrain(depth: float = 20.0) -> SeabedTerrain:
+    """A seabed of fractal relief, of waves of half a metre and more."""
+    relief = build_terrain([PowerLaw(hurst=0.8, rms=0.05)], seed=1)
+    assert relief.shortest_wavelength == CUTOFF
+    return SeabedTerrain(depth, relief)
+
+
+class _Halfplane(Relief):
+    """A slope that is known to the north of 3 m only."""
+
+    def sample(self, north: object, east: object) -> TerrainSample:
+        """Height and gradient; NaN to the south."""
+        x, y = np.broadcast_arrays(north, east)
+        slope = np.stack([np.full(x.shape, 0.1), np.full(x.shape, 0.05)], axis=-1)
+        unknown = np.asarray(x < 3.0)
+        return TerrainSample(np.where(unknown, np.nan, 0.1 * x + 0.05 * y), np.where(unknown[..., None], np.nan, slope))
+
+
+def _nodes(wavelength: float, margin: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    step = wavelength / NODES_PER_WAVE
+    return tuple(
+        (np.arange(first - margin, first + count + margin)) * step for first, count in zip(FIRST, SHAPE, strict=True)
+    )
+
+
+def test_depth_is_that_of_the_terrain_at_each_node_across_tiles() -> None:
+    """Several tiles, of negative and positive numbers, to the bit; again when they are kept."""
+    terrain = _terrain()
+    wavelength = terrain.lattice.resolved_wavelength(0.7)
+    north, east = _nodes(wavelength)
+    for _ in range(2):
+        window = terrain.lattice.window(wavelength, FIRST, SHAPE)
+        np.testing.assert_array_equal(window.depth, terrain.depth_at(north[:, None], east[None, :]))
+
+
+def test_filters_of_tiles_are_those_of_one_large_square() -> None:
+    """Long waves and spline coefficients within a nanometre of those of the terrain far around, filtered at once."""
+    terrain, margin = _terrain(), 80
+    wavelength = terrain.lattice.resolved_wavelength(0.7)
+    north, east = _nodes(wavelength, margin)
+    inner = (slice(margin, -margin),) * 2
+    smooth = terrain_lattice._long_waves(terrain.depth_at(north[:, None], east[None, :]), NODES_PER_WAVE)
+    window = terrain.lattice.window(wavelength, FIRST, SHAPE)
+    assert np.abs(window.long_waves - smooth[inner]).max() < 1e-9
+    assert np.abs(window.coefficients - spline_filter(smooth, mode="mirror")[inner]).max() < 1e-9
+    assert np.abs(window.long_waves - window.depth).max() > 1e-4
+
+
+def test_a_lattice_that_resolves_all_waves_keeps_all() -> None:
+    """Its long waves are its depths, to the bit."""
+    terrain = _terrain()
+    assert terrain.lattice.resolved_wavelength(0.3) == CUTOFF
+    window = terrain.lattice.window(CUTOFF, FIRST, SHAPE)
+    np.testing.assert_array_equal(window.long_waves, window.depth)
+
+
+def test_wavelengths_are_few_and_near_those_needed() -> None:
+    """Sixteen an octave, from the terrain's shortest wave on."""
+    lattice = _terrain().lattice
+    needed = np.linspace(0.1, 4.0, 2000)
+    found = np.array([lattice.resolved_wavelength(float(wave)) for wave in needed])
+    assert np.abs(np.log2(found / np.maximum(needed, CUTOFF))).max() < 0.5 / 16 + 1e-9
+    assert len(set(found.tolist())) == 3 * 16 + 1
+
+
+def test_unknown_terrain_spoils_no_tile_next_to_it() -> None:
+    """Nodes a few steps inside the known part have the slope's own filters."""
+    lattice = TerrainLattice(20.0, _Halfplane(), 0.5)
+    window = lattice.window(1.0, (24, 0), (40, 40))  # from 3 m on: its tile begins in the unknown part
+    assert np.all(np.isfinite(window.depth)) and np.all(np.isfinite(window.coefficients))
+    assert np.abs(window.long_waves - window.depth)[20:].max() < 0.01
+    assert np.isnan(lattice.window(1.0, (0, 0), (40, 40)).depth[:24]).all()
+    assert np.isnan(lattice.rms_slope(np.array([-50.0, 0.0]), 8.0))
+
+
+def test_rms_slope_is_that_of_the_relief() -> None:
+    """Within a tenth, on a square of many waves; the same for positions close together."""
+    lattice, relief = _terrain().lattice, PowerLaw(hurst=0.8, rms=0.05)
+    expected = np.sqrt(relief.slope_variance(2 * np.pi / CUTOFF) / 2)
+    assert lattice.rms_slope(np.array([3.0, 5.0]), 64.0) == pytest.approx(expected, rel=0.1)
+    assert lattice.rms_slope(np.array([3.1, 5.2]), 64.5) == lattice.rms_slope(np.array([3.0, 5.0]), 64.0)
+
+
+def test_order_of_reading_changes_no_bit() -> None:
+    """Windows are the same after others that share some of their tiles."""
+    one, other = _terrain().lattice, _terrain().lattice
+    wavelength = one.resolved_wavelength(0.7)
+    other.window(wavelength, (500, 500), (10, 10))
+    other.window(wavelength, (0, 0), (64, 64))
+    for first, second in zip(one.window(wavelength, FIRST, SHAPE), other.window(wavelength, FIRST, SHAPE), strict=True):
+        np.testing.assert_array_equal(first, second)
