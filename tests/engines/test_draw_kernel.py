@@ -5,17 +5,17 @@ import pytest
 
 from insonify import random_keys
 from insonify.engines import _gain_envelope_kernel, _keep_probability_kernel
-from insonify.engines._draw_kernel import BATCH
+from insonify.engines._draw_kernel import BATCH, KeptScatterers
 from insonify.engines.beam_importance import (
     LINEAR_BELOW,
     MIN_KEEP_PROBABILITY,
     PEAK_RATIO,
     BeamImportance,
-    KeptScatterers,
 )
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.resolution import fill_fraction, tiles_in_view
 from insonify.propagation.families import families_reaching
+from insonify.scene.drawn_tiles import DrawnTiles
 from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, Tiles, max_point_count
 from insonify.simulator import build_simulator
 from oracles.jittered_points import jittered_points
@@ -47,7 +47,7 @@ def keep_probability_of(gain, wide=False):
 
 
 def reference_kept(strong, tiles, bounds, *, wide=False):
-    """Key, area and tile of what is kept, by drawing every cell of every tile and requesting each by itself."""
+    """Key, area, position and phase of what is kept, with every cell of every tile drawn and evaluated by itself."""
     drawn, keep_probabilities = (
         jittered_points(tiles, SEED, random_keys.SEABED),
         strong.keep_probabilities(tiles, bounds),
@@ -69,10 +69,8 @@ def reference_kept(strong, tiles, bounds, *, wide=False):
     found = (
         drawn.scatterer_id[kept],
         (pitch**2 / share)[kept],
-        t[kept],
         place[kept],
         drawn.phase[kept],
-        drawn.rank[kept],
     )
     order = np.argsort(found[0])
     return [column[order] for column in found]
@@ -82,6 +80,18 @@ def by_key(kept):
     """Kept scatterers, ordered by scatterer id."""
     order = np.argsort(kept.key)
     return KeptScatterers(*(column[order] for column in kept))
+
+
+def kept_of(importance, tiles, bounds, seed=SEED, terrain=None):
+    """Scatterers that a ping keeps of some tiles."""
+    return importance.kept_scatterers(tiles, bounds, DrawnTiles("seabed", seed, terrain), bounds.density)
+
+
+def tile_of(kept, tiles):
+    """Row of the tile of each, by its key."""
+    every = jittered_points(tiles, SEED, random_keys.SEABED)
+    order = np.argsort(every.scatterer_id)
+    return every.tile[order[np.searchsorted(every.scatterer_id, kept.key, sorter=order)]]
 
 
 CASES = {
@@ -96,14 +106,12 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_kept_at_once_is_what_is_kept_one_by_one(case):
-    """The same keys; areas, positions, phases, ranks to rounding: squares only save questions, and change the order."""
+    """The same keys; areas, positions, phases to rounding: squares only save questions, and change the order."""
     importance, tiles, density = importance_of(**CASES[case])
     bounds = importance.bounds(tiles, density)
-    kept = by_key(importance.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
-    key, area, tile, place, phase, rank = reference_kept(importance, tiles, bounds, wide=case == "elements")
+    kept = by_key(kept_of(importance, tiles, bounds))
+    key, area, place, phase = reference_kept(importance, tiles, bounds, wide=case == "elements")
     np.testing.assert_array_equal(kept.key, key)
-    np.testing.assert_array_equal(kept.tile, tile)
-    np.testing.assert_array_equal(kept.rank, rank)
     np.testing.assert_allclose(kept.area, area, rtol=1e-9)
     np.testing.assert_allclose(kept.position[:, :2], place, atol=1e-9)
     assert np.abs(kept.phase - phase).max() < 3e-7  # sine and cosine of whole cycles, to 2e-7 each
@@ -118,19 +126,19 @@ def test_without_importance_sampling_every_scatterer_that_fills_the_cells_is_kep
     """
     importance, tiles, density = importance_of(importance_sampling=False)
     bounds = importance.bounds(tiles, density)
-    kept = by_key(importance.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
+    kept = by_key(kept_of(importance, tiles, bounds))
     whole = np.broadcast_to(density[:, None, None], (len(density), PARTS, PARTS))
     every = jittered_points(tiles, SEED, random_keys.SEABED, whole)
     np.testing.assert_array_equal(kept.key, np.sort(every.scatterer_id))
     np.testing.assert_allclose(importance.expected(bounds), density * TILE**2)
     np.testing.assert_array_equal(importance.mean_keep_probability(np.array([1.0, 30.0])), 1.0)
     pitch = BASE_PITCH * 2.0**tiles.scale
-    np.testing.assert_allclose(kept.area, (pitch**2 / density)[kept.tile], rtol=1e-12)
-    ground = np.bincount(kept.tile, kept.area, len(density))
+    np.testing.assert_allclose(kept.area, (pitch**2 / density)[tile_of(kept, tiles)], rtol=1e-12)
+    ground = np.bincount(tile_of(kept, tiles), kept.area, len(density))
     # of priorities that are stratified as many as not lie below any share
     np.testing.assert_allclose(ground, TILE**2 * pitch**2, atol=1.01 * np.max(pitch**2 / density))
     sampled = importance_of()[0]
-    some = by_key(sampled.kept_scatterers(tiles, sampled.bounds(tiles, density), SEED, random_keys.SEABED, 20.0))
+    some = by_key(kept_of(sampled, tiles, sampled.bounds(tiles, density)))
     assert set(some.key.tolist()) < set(kept.key.tolist())
     same = np.isin(kept.key, some.key)
     assert np.all(some.area >= kept.area[same] * (1 - 1e-12))
@@ -141,14 +149,11 @@ def test_tiles_cut_in_any_blocks_keep_the_same(blocks):
     """All at once or some tiles at a time, an empty block among them: the same bits, position by position."""
     importance, tiles, density = importance_of(order=2)
     bounds, cuts = importance.bounds(tiles, density), np.linspace(0, len(density), blocks + 1).astype(int)
-    every = by_key(importance.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
+    every = by_key(kept_of(importance, tiles, bounds))
     parts = [slice(a, b) for a, b in zip([0, *cuts], [0, *cuts[1:], cuts[-1]], strict=False)]
-    found = [
-        importance.kept_scatterers(tiles.take(rows), bounds.take(rows), SEED, random_keys.SEABED, 20.0)
-        for rows in parts
-    ]
+    found = [kept_of(importance, tiles.take(rows), bounds.take(rows)) for rows in parts]
     together = by_key(KeptScatterers(*(np.concatenate(column) for column in zip(*found, strict=True))))
-    for name in ("position", "area", "phase", "key", "rank"):
+    for name in ("position", "normal", "area", "phase", "key"):
         np.testing.assert_array_equal(getattr(together, name), getattr(every, name))
 
 
@@ -160,8 +165,8 @@ def test_the_mean_ground_kept_is_the_ground():
     importance, tiles, density = importance_of(order=0, window=(0.035, 0.038))
     bounds = importance.bounds(tiles, density)
     expected = np.stack([
-        np.bincount(kept.tile, kept.area, len(density)) for kept in
-        (importance.kept_scatterers(tiles, bounds, seed, random_keys.SEABED, 20.0) for seed in range(80))
+        np.bincount(tile_of(kept, tiles), kept.area, len(density)) for kept in
+        (kept_of(importance, tiles, bounds, seed) for seed in range(80))
     ])  # fmt: skip
     ground = (TILE * BASE_PITCH * 2.0**tiles.scale) ** 2
     spread = expected.std(axis=0, ddof=1) / np.sqrt(len(expected))
@@ -179,8 +184,7 @@ def test_a_split_scatterer_stands_for_the_same_ground():
     """Half the keep probability, twice the area: on average, area times keep probability is that of the cell."""
     importance, tiles, density = importance_of(order=1)
     bounds = importance.bounds(tiles, density)
-    one, half = (importance.kept_scatterers(tiles, bounds._replace(density=part), SEED, random_keys.SEABED,
-    20.0) for part in
+    one, half = (kept_of(importance, tiles, bounds._replace(density=part)) for part in
                  (density, density / 2))  # fmt: skip
     both, own, other = np.intersect1d(one.key, half.key, return_indices=True)
     assert set(half.key.tolist()) <= set(one.key.tolist())
@@ -192,8 +196,8 @@ def test_no_tiles_keep_nothing():
     """Columns without rows."""
     importance, _, _ = importance_of()
     none = Tiles(*np.empty((3, 0), np.int64))
-    kept = importance.kept_scatterers(none, importance.bounds(none, np.empty(0)), SEED, random_keys.SEABED, 20.0)
-    assert [len(column) for column in kept] == [0] * 6
+    kept = kept_of(importance, none, importance.bounds(none, np.empty(0)))
+    assert [len(column) for column in kept] == [0] * 5
 
 
 def test_keep_probabilities_fall_with_the_square_then_with_the_gain_and_never_below_a_thousandth():

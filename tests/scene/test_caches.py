@@ -84,31 +84,6 @@ def test_tiles_of_the_map_join():
     np.testing.assert_allclose(here[:, -1], east[:, 0], atol=2e-6)
 
 
-def test_points_of_one_key_are_the_ground_at_these_points():
-    """Kept or not, height and slope are the relief's own; the slope is the derivative of the height; requested once."""
-    ground = bed()
-    along, across = np.random.default_rng(2).uniform(-50, 50, (2, 200))
-    first, size, requested = np.array([0, 120]), np.array([120, 80]), []
-
-    def places(sets, known):
-        requested.extend(zip(sets.tolist(), known.tolist(), strict=True))
-        rows = np.concatenate([np.arange(first[t] + n, first[t] + size[t]) for t, n in zip(sets, known, strict=True)])
-        return along[rows], across[rows]
-
-    def points_of(tiles):
-        rows, start = ground.sample_tiles(1, np.array([11, 12])[tiles], size[tiles], places)
-        return np.concatenate([rows[n : n + some] for n, some in zip(start, size[tiles], strict=True)])
-
-    survey, again, second = points_of([0, 1]), points_of([0, 1]), points_of([1])
-    assert requested == [(0, 0), (1, 0)]
-    np.testing.assert_array_equal(survey, again)
-    np.testing.assert_array_equal(survey[120:], second)
-    np.testing.assert_allclose(survey[:, 0], ground.depth - ground.depth_at(along, across), atol=1e-12)
-    step = 1e-5
-    rise = (ground.depth_at(along - step, across) - ground.depth_at(along + step, across)) / (2 * step)
-    np.testing.assert_allclose(survey[:, 1], rise, atol=1e-6)
-
-
 def test_the_span_holds_all_of_the_ground():
     """Nothing stands above the shallowest or lies below the deepest."""
     ground = bed(seed=5)

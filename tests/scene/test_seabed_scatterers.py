@@ -127,19 +127,6 @@ def test_regular_ripples_are_two_cosines_along_their_compass_direction(direction
     )
 
 
-def test_points_of_a_key_face_as_the_turned_ground_does():
-    """Slopes are to the north and the east, not along the lattice: rise over a small step of the world."""
-    lattice = ScattererGrid(origin=(300.0, -80.0), heading=0.9)
-    ground = bed(FRACTAL, scatterer_grid=lattice)
-    own = np.random.default_rng(5).uniform(-60, 60, (2, 100))
-    rows, _ = ground.sample_tiles(1, np.array([7]), np.array([100]), lambda *_: tuple(own))
-    north, east = lattice.to_world(*own).T
-    step = 1e-5
-    for axis, (n, e) in enumerate(((step, 0), (0, step))):
-        rise = (ground.depth_at(north - n, east - e) - ground.depth_at(north + n, east + e)) / (2 * step)
-        np.testing.assert_allclose(rows[:100, 1 + axis], rise, atol=1e-6)
-
-
 @pytest.mark.parametrize(("wavelength", "expected"), [(0.6, 0.6 / 2 / 8), (2.0, 0.125), (30.0, 0.5)])
 def test_the_map_has_eight_cells_to_the_shortest_wave(wavelength, expected):
     """Ripples have a second harmonic of half their length; cells are no wider than half a metre."""

@@ -1,7 +1,7 @@
-"""Scatterers of tiles, each drawn and kept or left out at once: the arithmetic of `engines.beam_importance`."""
+"""Scatterers of tiles, each kept or left out, and those kept placed: the arithmetic of `engines.beam_importance`."""
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,12 @@ from insonify.engines._keep_probability_kernel import GridFrame, keep_probabilit
 from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
 from insonify.random_keys import philox_at, uniform_from_word
-from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, Tiles, priority_ordered_cells
+from insonify.scene._terrain_draping_kernel import drape_point
+from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, Tiles
 from insonify.scene.scatterers import ROW_KEY_STEP
+
+if TYPE_CHECKING:
+    from insonify.scene.drawn_tiles import DrawnScatterers
 
 SQUARE = 2
 """Cells along the side of the squares into which a part with a gain peak is divided."""
@@ -26,10 +30,40 @@ Integers = NDArray[np.int64]
 ProbabilityColumns = tuple[Floats, Floats, Floats, NDArray[np.bool_], float, float]
 """Density, most, corner and peaked of `beam_importance.KeepProbabilities`, the gain below which keep probabilities
 is proportional to its square, and the smallest keep probability."""
-ScattererColumns = tuple[
-    Floats, Floats, NDArray[np.complex128], NDArray[np.uint64], NDArray[np.int32], NDArray[np.int32]
-]
-"""Position, area, phase, key, tile and rank of the scatterers kept."""
+
+
+class TileRows(NamedTuple):
+    """Tiles and their scatterers."""
+
+    tiles: Tiles
+    """The tiles."""
+    drawn: "DrawnScatterers"
+    """Scatterers of tiles, in order of priority."""
+    start: Integers
+    """First row of each tile among them, shape (tiles,)."""
+    first_key: NDArray[np.uint64]
+    """Key of each tile's first cell, shape (tiles,)."""
+
+
+class KeptScatterers(NamedTuple):
+    """The scatterers that one ping keeps of some tiles, columns of shape (n,)."""
+
+    position: Floats
+    """North, east, depth [m], shape (n, 3)."""
+    normal: Floats
+    """Unit normal into the water, shape (n, 3)."""
+    area: Floats
+    """Area of the boundary that each represents [m^2]."""
+    phase: NDArray[np.complex128]
+    """Unit phasor of its position [1]."""
+    key: NDArray[np.uint64]
+    """Key of its position."""
+
+    def first(self, count: int) -> "KeptScatterers":
+        """The first of the scatterers."""
+        return KeptScatterers(
+            self.position[:count], self.normal[:count], self.area[:count], self.phase[:count], self.key[:count]
+        )  # fmt: skip
 
 
 class PendingScatterers(NamedTuple):
@@ -40,90 +74,204 @@ class PendingScatterers(NamedTuple):
     values: Floats
     """Priority, fraction that fills the sonar's cells, largest keep probability, area of the cell [m^2] and phase
     [turns] of each, shape (n or more, 5)."""
-    tile_rank: Integers
-    """Row of its tile and its rank, shape (n or more, 2)."""
+    rows: Integers
+    """Its row among the drawn scatterers, shape (n or more,)."""
     keys: NDArray[np.uint64]
     """Its key, shape (n or more,)."""
 
 
+class _Candidates(NamedTuple):
+    """Scatterers of one tile that may be kept, columns of `TILE` squared numbers."""
+
+    row: Integers
+    """Number of its cell along the grid's first axis."""
+    column: Integers
+    """Number along its second."""
+    rank: Integers
+    """Its rank."""
+    limit: Floats
+    """Largest keep probability in its part or square [1]."""
+    words: NDArray[np.uint32]
+    """Its random words, (4, `TILE` squared)."""
+    priority: Floats
+    """Its priority [1]."""
+    share: Floats
+    """Its keep probability, or in a part with a gain peak the largest one [1]."""
+    chosen: Integers
+    """Indices of those with a priority below that; one longer."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_and_keep(
-    tiles: Tiles, first_key: NDArray[np.uint64], key: tuple[int, int], shares: ProbabilityColumns,
-    gains: EnvelopeArguments, frame: GridFrame, depth: float, columns: ScattererColumns,
+    tile_rows: TileRows, key: tuple[int, int], shares: ProbabilityColumns, gains: EnvelopeArguments, frame: GridFrame,
+    plane: tuple[float, float], kept: KeptScatterers,
 ) -> int:  # fmt: skip
-    """Draw scatterers of some tiles and keep those with a priority below their keep probability; returns the number.
+    """Keep the scatterers of some tiles with a priority below their keep probability; returns their number.
+
+    Those over unknown terrain or land are left out.
 
     Args:
-        tiles: The tiles.
-        first_key: Key of each tile's first cell, shape (tiles,).
+        tile_rows: The tiles and their scatterers, as many of each as may be kept.
         key: Both words of the key of the draws.
         shares: Keep probabilities.
         gains: First arguments of `gain_re_threshold`.
         frame: Frame of the scatterer grid.
-        depth: Put down as that of all [m].
-        columns: Result.
+        plane: Depth of the boundary's mean plane [m], and down component of its normal into the water.
+        kept: Result.
     """
-    (scale, along, across), (k0, k1) = tiles, key
-    position, area, phase, scatterer_id, tile, rank = columns
+    (scale, along, across), drawn, start, first_key = tile_rows
     density, max_probability, corner, is_peaked, linear_below, min_probability = shares
     north, east, c, s = frame
-    words = np.empty((4, TILE * TILE), np.uint32)
-    row, column, order = np.empty((3, TILE * TILE), np.int64)
+    integers, floats = np.empty((4, TILE * TILE + 1), np.int64), np.empty((3, TILE * TILE))
+    candidates = _Candidates(
+        integers[0], integers[1], integers[2], floats[0], np.empty((4, TILE * TILE), np.uint32), floats[1], floats[2],
+        integers[3],
+    )  # fmt: skip
     positions, pending = np.empty((BATCH + TILE * TILE, 2)), np.empty((BATCH + TILE * TILE, 5))
-    tile_rank, keys = np.empty((BATCH + TILE * TILE, 2), np.int64), np.empty(BATCH + TILE * TILE, np.uint64)
-    top = np.empty((SQUARES, SQUARES))
+    pending_rows, keys = np.empty(BATCH + TILE * TILE, np.int64), np.empty(BATCH + TILE * TILE, np.uint64)
+    top, first_rank = np.empty((SQUARES, SQUARES)), np.empty(PARTS * PARTS, np.int64)
     n, waiting = np.intp(0), 0  # by value: a literal zero would compile `_decide_batch` a second time
+    row, column, words = candidates.row, candidates.column, candidates.words
     for t in range(scale.size):
         pitch, a0, b0 = BASE_PITCH * 2.0 ** scale[t], along[t] * TILE, across[t] * TILE
-        drawn = priority_ordered_cells(scale[t], along[t], across[t], max_probability[t], k0, k1, row, column, order)
-        crowded = _subdivided_parts(max_probability[t], is_peaked[t])
-        if crowded > 0:
+        count = _possible_cells(drawn.cell[start[t] :], max_probability[t], (a0, b0), first_rank, candidates)
+        if _subdivided_parts(max_probability[t], is_peaked[t]) > 0:
             _bound_squares(t, a0, b0, pitch, shares, gains, frame, top)
-            left = 0
-            for w in range(drawn):
-                if order[w] < top[(row[w] - a0) // SQUARE, (column[w] - b0) // SQUARE] * (TILE * TILE):
-                    row[left], column[left], order[left], left = row[w], column[w], order[w], left + 1
-            drawn = left
-        philox_at(row[:drawn], column[:drawn], scale[t], 0, k0, k1, words)
-        for w in range(drawn):
-            a, b = row[w] - a0, column[w] - b0
-            i, j = a // SIDE, b // SIDE
-            priority = (order[w] + uniform_from_word(words[3, w])) / (TILE * TILE)
-            share = top[a // SQUARE, b // SQUARE] if crowded > 0 else max_probability[t, i, j]
-            if priority >= share:
-                continue
-            x, y = uniform_from_word(words[0, w]), uniform_from_word(words[1, w])
-            if not is_peaked[t, i, j]:
-                gain = _bilinear(corner[t], i, j, (a + x) / SIDE - i, (b + y) / SIDE - j)
-                share = min(density[t] * keep_probability_of(gain, linear_below, min_probability), share)
-                if priority >= share:
-                    continue
+            count = _below_bounds(count, top, (a0, b0), candidates)
+        philox_at(row[:count], column[:count], scale[t], 0, key[0], key[1], words)
+        probabilities = density[t], linear_below, min_probability
+        for k in range(_choose(count, corner[t], is_peaked[t], (a0, b0), probabilities, candidates)):
+            w = candidates.chosen[k]
+            x, y, phase = uniform_from_word(words[0, w]), uniform_from_word(words[1, w]), uniform_from_word(words[2, w])
             x, y = (row[w] + x) * pitch, (column[w] + y) * pitch
             x, y = north + c * x - s * y, east + s * x + c * y
-            name = first_key[t] + np.uint64(a * ROW_KEY_STEP + b)
-            if is_peaked[t, i, j]:
-                positions[waiting, 0], positions[waiting, 1], pending[waiting, 0], pending[waiting, 1] = (
-                    x,
-                    y,
-                    priority,
-                    density[t],
-                )
-                pending[waiting, 2], pending[waiting, 3], pending[waiting, 4] = (
-                    share,
-                    pitch * pitch,
-                    uniform_from_word(words[2, w]),
-                )
-                tile_rank[waiting, 0], tile_rank[waiting, 1], keys[waiting], waiting = t, order[w], name, waiting + 1
+            a, b, share = row[w] - a0, column[w] - b0, candidates.share[w]
+            name, drawn_row = first_key[t] + np.uint64(a * ROW_KEY_STEP + b), start[t] + candidates.rank[w]
+            if not is_peaked[t, a // SIDE, b // SIDE]:
+                n = _place((x, y), pitch * pitch / share, phase, name, drawn.terrain, drawn_row, plane, kept, n)
                 continue
-            position[n, 0], position[n, 1], position[n, 2] = x, y, depth
-            area[n], scatterer_id[n], tile[n], rank[n] = pitch * pitch / share, name, t, order[w]
-            sine, cosine = sincos_cycles(uniform_from_word(words[2, w]))
-            phase[n], n = complex(cosine, sine), n + 1
+            positions[waiting, 0], positions[waiting, 1] = x, y
+            pending[waiting, 0], pending[waiting, 1], pending[waiting, 2] = candidates.priority[w], density[t], share
+            pending[waiting, 3], pending[waiting, 4] = pitch * pitch, phase
+            pending_rows[waiting], keys[waiting], waiting = drawn_row, name, waiting + 1
         if waiting > BATCH or t == scale.size - 1:
-            batch = PendingScatterers(positions[:waiting], pending, tile_rank, keys)
-            n = _decide_batch(batch, linear_below, min_probability, gains, depth, columns, n)
+            batch = PendingScatterers(positions[:waiting], pending, pending_rows, keys)
+            n = _decide_batch(batch, linear_below, min_probability, gains, drawn.terrain, plane, kept, n)
             waiting = 0
     return int(n)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _possible_cells(
+    cells: NDArray[np.uint16], max_probability: Floats, corner: tuple[int, int], first_rank: Integers,
+    candidates: _Candidates,
+) -> int:  # fmt: skip
+    """Fill cells, ranks and limits of the scatterers of a tile below the largest keep probability of their part.
+
+    A part has every sixteenth rank, from its first one on.
+
+    Args:
+        cells: Cells of the tile by rank.
+        max_probability: Largest keep probability in each part, shape (PARTS, PARTS).
+        corner: Row and column of the tile's first cell.
+        first_rank: Work array, shape (PARTS * PARTS,).
+        candidates: Result.
+    """
+    first_rank[:] = TILE * TILE
+    for rank in range(min(math.ceil(max(max_probability.max(), 0.0) * (TILE * TILE)), PARTS * PARTS)):
+        cell = np.uint64(cells[rank])
+        first_rank[cell // np.uint64(TILE * SIDE) * np.uint64(PARTS) + cell % np.uint64(TILE) // np.uint64(SIDE)] = rank
+    n = 0
+    for part in range(PARTS * PARTS):
+        limit = max_probability[part // PARTS, part % PARTS]
+        first, end = first_rank[part], min(math.ceil(max(limit, 0.0) * (TILE * TILE)), TILE * TILE)
+        for rank in range(first, end, PARTS * PARTS):
+            cell = np.uint64(cells[rank])
+            candidates.row[n] = corner[0] + np.int64(cell // np.uint64(TILE))
+            candidates.column[n] = corner[1] + np.int64(cell % np.uint64(TILE))
+            candidates.rank[n], candidates.limit[n], n = rank, limit, n + 1
+    return n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _below_bounds(count: int, top: Floats, corner: tuple[int, int], candidates: _Candidates) -> int:
+    """Keep candidates that may lie below the largest keep probability of their square; returns their number."""
+    left, (row, column, rank, limit) = 0, candidates[:4]
+    for w in range(count):
+        bound = top[(row[w] - corner[0]) // SQUARE, (column[w] - corner[1]) // SQUARE]
+        if rank[w] < bound * (TILE * TILE):
+            row[left], column[left], rank[left], limit[left], left = row[w], column[w], rank[w], bound, left + 1
+    return left
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _choose(
+    count: int, corner_gain: Floats, is_peaked: NDArray[np.bool_], corner: tuple[int, int],
+    probabilities: tuple[float, float, float], candidates: _Candidates,
+) -> int:  # fmt: skip
+    """Fill priorities, keep probabilities, and indices of those that are kept or wait for their gain.
+
+    Args:
+        count: Number of candidates.
+        corner_gain: Gain at the corners of the tile's parts, shape (PARTS + 1, PARTS + 1).
+        is_peaked: Parts whose scatterers are evaluated one by one, shape (PARTS, PARTS).
+        corner: Row and column of the tile's first cell.
+        probabilities: Fraction that fills the sonar's cells, and further arguments of `keep_probability_of`.
+        candidates: The candidates; also the result.
+
+    Returns:
+        Number of the indices.
+    """
+    row, column, rank, limit, words, priority, share, chosen = candidates
+    density, linear_below, min_probability = probabilities
+    gain, first_gain = np.empty(TILE * TILE), corner_gain.reshape(corner_gain.size)
+    lowest = np.empty(PARTS * PARTS)  # infinite in parts with a gain peak: their limit counts
+    for part in range(PARTS * PARTS):
+        lowest[part] = math.inf if is_peaked[part // PARTS, part % PARTS] else 0.0
+    a0, b0, side, unit = corner[0], corner[1], np.uint64(SIDE), 1.0 / SIDE
+    third_word = words[3]
+    for w in range(np.uint64(count)):
+        priority[w] = (rank[w] + uniform_from_word(third_word[w])) / (TILE * TILE)
+    word_along, word_across = words[0], words[1]
+    for w in range(np.uint64(count)):
+        a, b = np.uint64(row[w] - a0), np.uint64(column[w] - b0)
+        i, j = a // side, b // side
+        x = (np.float64(a) + uniform_from_word(word_along[w])) * unit - np.float64(i)
+        y = (np.float64(b) + uniform_from_word(word_across[w])) * unit - np.float64(j)
+        node = i * np.uint64(PARTS + 1) + j
+        g00, g01 = first_gain[node], first_gain[node + np.uint64(1)]
+        g10, g11 = first_gain[node + np.uint64(PARTS + 1)], first_gain[node + np.uint64(PARTS + 2)]
+        low, high = g00 + y * (g01 - g00), g10 + y * (g11 - g10)
+        gain[w] = max(low + x * (high - low), lowest[i * np.uint64(PARTS) + j])
+    for w in range(np.uint64(count)):
+        share[w] = min(density * keep_probability_of(gain[w], linear_below, min_probability), limit[w])
+    found = 0
+    for w in range(count):
+        chosen[found] = w
+        found += (priority[w] < share[w]) & (priority[w] < limit[w])
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _place(
+    horizontal: tuple[float, float], area: float, phase: float, key: np.uint64, terrain: Floats, row: int,
+    plane: tuple[float, float], kept: KeptScatterers, n: int,
+) -> int:  # fmt: skip
+    """Write a kept scatterer to row n, on the terrain if there is any; returns the number of rows."""
+    depth, normal_down = plane
+    kept.position[n, 0], kept.position[n, 1] = horizontal
+    if terrain.shape[0] > 0:
+        height = terrain[row, 0]
+        if not height < depth:  # a hole, or land
+            return n
+        area *= drape_point(n, depth, height, terrain[row, 1], terrain[row, 2], kept.position, kept.normal)
+    else:
+        kept.position[n, 2] = depth
+        kept.normal[n, 0], kept.normal[n, 1], kept.normal[n, 2] = 0.0, 0.0, normal_down
+    kept.area[n], kept.key[n] = area, key
+    sine, cosine = sincos_cycles(phase)
+    kept.phase[n] = complex(cosine, sine)
+    return n + 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -178,8 +326,8 @@ def _bound_squares(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _decide_batch(
-    batch: PendingScatterers, linear_below: float, min_probability: float, gains: EnvelopeArguments, depth: float,
-    columns: ScattererColumns, count: int,
+    batch: PendingScatterers, linear_below: float, min_probability: float, gains: EnvelopeArguments,
+    terrain: Floats, plane: tuple[float, float], kept: KeptScatterers, count: int,
 ) -> int:  # fmt: skip
     """Keep or leave out scatterers in parts with a gain peak.
 
@@ -188,36 +336,21 @@ def _decide_batch(
         linear_below: See `keep_probability_of`.
         min_probability: See `keep_probability_of`.
         gains: First argument of `gain_re_threshold`.
-        depth: Put down as that of all [m].
-        columns: The columns, to which those kept are added.
+        terrain: Height and gradient of the terrain at the drawn scatterers, or (0, 3).
+        plane: See `draw_and_keep`.
+        kept: The columns, to which those kept are added.
         count: Rows in them.
 
     Returns:
         Rows in them now.
     """
-    positions, pending, tile_rank, keys = batch
-    position, area, phase, key, tile, rank = columns
+    positions, pending, rows, keys = batch
     gain = np.empty(positions.shape[0])
     gain_re_threshold(gains, positions, np.zeros(gain.size), gain)
     for m in range(gain.size):
         share = min(pending[m, 1] * keep_probability_of(gain[m], linear_below, min_probability), pending[m, 2])
-        if pending[m, 0] >= share:
-            continue
-        position[count, 0], position[count, 1], position[count, 2] = positions[m, 0], positions[m, 1], depth
-        area[count], key[count], tile[count], rank[count] = (
-            pending[m, 3] / share,
-            keys[m],
-            tile_rank[m, 0],
-            tile_rank[m, 1],
-        )
-        sine, cosine = sincos_cycles(pending[m, 4])
-        phase[count], count = complex(cosine, sine), count + 1
+        if pending[m, 0] < share:
+            horizontal = positions[m, 0], positions[m, 1]
+            area, phase = pending[m, 3] / share, pending[m, 4]
+            count = _place(horizontal, area, phase, keys[m], terrain, rows[m], plane, kept, count)
     return count
-
-
-@njit(cache=True, nogil=True)
-def _bilinear(corner: Floats, i: int, j: int, x: float, y: float) -> float:
-    """Value in a part between its four corners, at the fractions x and y of its sides from the first."""
-    low = corner[i, j] + y * (corner[i, j + 1] - corner[i, j])
-    high = corner[i + 1, j] + y * (corner[i + 1, j + 1] - corner[i + 1, j])
-    return low + x * (high - low)

@@ -23,12 +23,13 @@ from insonify import random_keys
 from insonify.engines import _gain_envelope_arrays as _gain_envelope_arrays  # stand-ins of the kernels
 from insonify.engines import _gain_envelope_kernel as kernel
 from insonify.engines import _keep_probability_kernel as share_kernel
-from insonify.engines._draw_kernel import draw_and_keep
+from insonify.engines._draw_kernel import KeptScatterers, TileRows, draw_and_keep
 from insonify.engines._keep_probability_kernel import GainBounds
 from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import GlintSpread, spread_gain_tables
 from insonify.propagation.propagation_model import PropagationModel
-from insonify.scene.scatterer_grid import PARTS, TILE, ScattererGrid, Tiles, max_point_count
+from insonify.scene.drawn_tiles import DrawnTiles
+from insonify.scene.scatterer_grid import PARTS, TILE, ScattererGrid, Tiles, max_point_count, prefix_sizes
 from insonify.scene.scatterers import grid_scatterer_id
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
@@ -76,23 +77,6 @@ class KeepProbabilities(NamedTuple):
     """Gain at the corners of the parts, re that above which all are kept, shape (n, PARTS + 1, PARTS + 1)."""
     is_peaked: NDArray[np.bool_]
     """Parts that hold a position much stronger than their corners, shape (n, PARTS, PARTS)."""
-
-
-class KeptScatterers(NamedTuple):
-    """The scatterers that one ping keeps of some tiles, columns of shape (n,)."""
-
-    position: Floats
-    """North, east, depth [m], shape (n, 3)."""
-    area: Floats
-    """Ground that each represents [m^2]."""
-    phase: NDArray[np.complex128]
-    """Unit phasor of its position [1]."""
-    key: NDArray[np.uint64]
-    """Key of its position."""
-    tile: NDArray[np.int32]
-    """Row of its tile."""
-    rank: NDArray[np.int32]
-    """Its position in the tile's order."""
 
 
 @dataclass(frozen=True)
@@ -209,23 +193,24 @@ class BeamImportance:
             ) for face_image in self.images
         )  # fmt: skip
 
-    def kept_scatterers(self, tiles: Tiles, bounds: GainBounds, seed: int, stream: int, depth: float) -> KeptScatterers:
-        """The scatterers of some tiles that are kept, each drawn, evaluated and kept or left out at once.
+    def kept_scatterers(
+        self, tiles: Tiles, bounds: GainBounds, drawn_tiles: DrawnTiles, density: Floats
+    ) -> KeptScatterers:
+        """The scatterers of some tiles that are kept, on the boundary's terrain.
 
         Args:
             tiles: The tiles.
             bounds: Of these tiles.
-            seed: Seed of the scatterers.
-            stream: Stream of the interface, one of `insonify.random_keys`.
-            depth: Put down as the depth of all [m].
+            drawn_tiles: Scatterers of the boundary.
+            density: Largest fraction of a tile's scatterers that any ping keeps [1], shape (tiles,).
         """
         keep_probabilities = self.keep_probabilities(tiles, bounds)
         count = max_point_count(keep_probabilities.max_probability)
-        columns = (
-            np.empty((count, 3)), np.empty(count), np.empty(count, complex), np.empty(count, np.uint64),
-            np.empty(count, np.int32), np.empty(count, np.int32),
+        kept = KeptScatterers(
+            np.empty((count, 3)), np.empty((count, 3)), np.empty(count), np.empty(count, complex),
+            np.empty(count, np.uint64),
         )  # fmt: skip
-        first = grid_scatterer_id(stream, tiles.scale, tiles.along * TILE, tiles.across * TILE)
+        first_key = grid_scatterer_id(drawn_tiles.stream, tiles.scale, tiles.along * TILE, tiles.across * TILE)
         probabilities = (
             keep_probabilities.density,
             keep_probabilities.max_probability,
@@ -234,11 +219,12 @@ class BeamImportance:
             self._linear_below,
             MIN_KEEP_PROBABILITY,
         )
-        count = draw_and_keep(
-            tiles, first, random_keys.stream_key(seed, stream), probabilities, self._gains, self.scatterer_grid.frame,
-            depth, columns,
-        )  # fmt: skip
-        return KeptScatterers(*(column[:count] for column in columns))
+        key = random_keys.stream_key(drawn_tiles.seed, drawn_tiles.stream)
+        plane = self.depth, -1.0 if drawn_tiles.boundary == "seabed" else 1.0
+        with drawn_tiles.reading(tiles, prefix_sizes(keep_probabilities.max_probability, density)) as (drawn, start):
+            rows = TileRows(tiles, drawn, start, first_key)
+            count = draw_and_keep(rows, key, probabilities, self._gains, self.scatterer_grid.frame, plane, kept)
+        return kept.first(count)
 
     def gain_at(self, position: Floats, around: Floats | None = None) -> Floats:
         """Largest two-way gain at or about some positions, re that above which all scatterers are kept [1], shape (n,).

@@ -7,12 +7,15 @@ from insonify.engines.relief_specular_points import SpecularPoints
 from insonify.engines.terrain_occlusion import TerrainOcclusion
 from insonify.recent_results import RecentResults
 from insonify.records.pairs import Pairs
+from insonify.scene.drawn_tiles import DrawnTiles
 from insonify.scene.terrain.array_cache import ArrayCache
 
 PINGS = 8
 """Pings whose terrain occlusion, boundary echoes and received targets are kept."""
 PATHS = 64
 """Paths whose specular points are kept: those of a ping on each thread."""
+BOUNDARIES = 4
+"""Boundaries whose scatterers are kept, random ones and those of expectations."""
 FRACTION_BYTES = 1 << 20
 """Memory of the energy fractions [bytes]."""
 
@@ -31,5 +34,7 @@ class EngineCaches:
     """Specular points of relief, by the ends of the sonar."""
     boundary_echoes: RecentResults[Pairs] = field(default_factory=lambda: RecentResults(PINGS))
     """Boundary echoes, by ping."""
+    drawn_tiles: RecentResults[DrawnTiles] = field(default_factory=lambda: RecentResults(BOUNDARIES))
+    """Scatterers of tiles, by their boundary."""
     received_targets: RecentResults[tuple[bool, ...]] = field(default_factory=lambda: RecentResults(PINGS))
     """Targets of which an echo is received, by ping."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from insonify import random_keys
 from insonify.engines._resolution_kernel import MAX_CELL_LENGTH_RATIO
-from insonify.engines.beam_importance import BeamImportance, KeptScatterers
+from insonify.engines.beam_importance import BeamImportance
 from insonify.engines.boundary_echoes import boundary_echo_families, transmitter_point
 from insonify.engines.engine_caches import EngineCaches
 from insonify.engines.face_images import face_images
@@ -37,10 +37,10 @@ from insonify.propagation.families import families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel, ReachableRange
 from insonify.recent_results import Identity
-from insonify.scene.scatterer_grid import Tiles, next_positions, tile_prefixes
-from insonify.scene.scatterers import Boundary, Law, Scatterers, grid_scatterer_id
+from insonify.scene.drawn_tiles import DrawnTiles
+from insonify.scene.scatterers import Boundary, Law, Scatterers
 from insonify.scene.scene import Scene
-from insonify.scene.seabed_scatterers import seabed_scatterers, tile_scatterers
+from insonify.scene.seabed_scatterers import seabed_scatterers
 from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.two_way_beam import two_way_footprint, two_way_width
@@ -119,7 +119,6 @@ class PingScatterers:
             return []
         if self.quadrature:
             density = np.ones_like(density)
-        stream = random_keys.SEABED if boundary == "seabed" else random_keys.SURFACE
         farthest = max(self._window_range(boundary, depth, families).farthest, 1.0)
         beam_importance = BeamImportance(
             self.ping_geometry, depth, self.rays, families, scatterer_grid, farthest,
@@ -130,22 +129,23 @@ class PingScatterers:
             not self.quadrature and self.ping_geometry.pulse.receiver.synthetic_aperture is None
         ):  # its pings are received as one
             ping_density = fill_fraction(self.ping_geometry, scatterer_grid, depth, self.resolution, tiles, density)
-        bounds = beam_importance.bounds(tiles, ping_density)
-        terrain = self.terrain
+        bounds, drawn_tiles = beam_importance.bounds(tiles, ping_density), self._drawn_tiles(boundary)
 
         def block_scatterers(rows: slice) -> Scatterers:
-            block_tiles = tiles.take(rows)
-            kept = beam_importance.kept_scatterers(
-                block_tiles, bounds.take(rows), QUADRATURE_SEED if self.quadrature else self.seed, stream, depth
-            )
+            kept = beam_importance.kept_scatterers(tiles.take(rows), bounds.take(rows), drawn_tiles, density[rows])
             if self.quadrature:
                 phase = np.ones(len(kept.area), complex)
                 return self._points_on_boundary(boundary, depth, law, kept.position[:, :2], kept.area, phase, kept.key)
-            if boundary == "seabed" and terrain is not None:
-                return self._textured(lay_on_terrain(terrain, law, block_tiles, density[rows], self.seed, stream, kept))
-            return self._textured(_horizontal_points(boundary, law, kept.position, kept.area, kept.phase, kept.key))
+            return self._textured(Scatterers(boundary, boundary, law, *kept))
 
         return [partial(block_scatterers, rows) for rows in cut_into_blocks(beam_importance.expected(bounds))]
+
+    def _drawn_tiles(self, boundary: Boundary) -> DrawnTiles:
+        """Scatterers of the tiles of a boundary, drawn in earlier pings or when they are requested."""
+        if self.quadrature:  # positions alone
+            return self.caches.drawn_tiles.get((boundary, True), partial(DrawnTiles, boundary, QUADRATURE_SEED))
+        terrain = self.terrain if boundary == "seabed" else None
+        return self.caches.drawn_tiles.get((boundary, False), partial(DrawnTiles, boundary, self.seed, terrain))
 
     def _polar_points(self, boundary: Boundary, depth: float, law: Law, families: tuple[str, ...]) -> list[Block]:
         """Even cells of slant range and azimuth about the sonar."""
@@ -291,54 +291,12 @@ def slice_footprint(ping_geometry: PingGeometry, within: float = np.pi) -> float
     return float(two_way_footprint(ping_geometry.transmit_beams, ping_geometry.receive_beams, within=within)[0])
 
 
-def lay_on_terrain(
-    terrain: SeabedTerrain, law: Law, tiles: Tiles, density: NDArray[np.float64], seed: int, stream: int,
-    kept: KeptScatterers,
-) -> Scatterers:  # fmt: skip
-    """Scatterers of the seabed's scatterer grid on the terrain; heights and normals are cached for later pings.
-
-    Of each tile all scatterers that any ping may keep, or the first quarter of them, or a quarter of that, and so on,
-    are evaluated together.
-
-    Args:
-        terrain: The seabed.
-        law: Scattering law.
-        tiles: The tiles.
-        density: The largest part of their scatterers that any ping keeps, shape (tiles,).
-        seed: Seed of the scatterers.
-        stream: Their stream.
-        kept: The scatterers; its columns are overwritten.
-    """
-    requested, size = tile_prefixes(kept.tile, kept.rank, density)
-    requested_tiles = tiles.take(requested)
-
-    def positions(rows: NDArray[np.int64], first: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return next_positions(requested_tiles.take(rows), seed, stream, first, size[rows])
-
-    key = grid_scatterer_id(stream, requested_tiles.scale, requested_tiles.along, requested_tiles.across).view(np.int64)
-    rows, begin = terrain.sample_tiles(seed, key, size, positions)
-    start = np.zeros(len(density), np.int64)
-    start[requested] = begin
-    return tile_scatterers(
-        terrain.depth, (rows, start), law, kept.tile, kept.rank, kept.position, kept.area, kept.phase, kept.key
-    )
-
-
 def _on_boundary(
     boundary: Boundary, depth: float, law: Law, horizontal: NDArray[np.float64], area: NDArray[np.float64],
     phase: NDArray[np.complex128], key: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
     """Points of a flat boundary, facing the water."""
-    position = np.empty((len(horizontal), 3))
+    position, normal = np.empty((len(horizontal), 3)), np.zeros((len(horizontal), 3))
     position[:, :2], position[:, 2] = horizontal, depth
-    return _horizontal_points(boundary, law, position, area, phase, key)
-
-
-def _horizontal_points(
-    boundary: Boundary, law: Law, position: NDArray[np.float64], area: NDArray[np.float64],
-    phase: NDArray[np.complex128], key: NDArray[np.uint64],
-) -> Scatterers:  # fmt: skip
-    """Points that face the water straight up, or down."""
-    normal = np.zeros(position.shape)
     normal[:, 2] = -1.0 if boundary == "seabed" else 1.0
     return Scatterers(boundary, boundary, law, position, normal, area, phase, key)

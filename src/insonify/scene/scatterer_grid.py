@@ -98,8 +98,19 @@ class Tiles(NamedTuple):
         return Tiles(np.repeat(self.scale - 1, 4), along, across)
 
 
-def next_positions(tiles: Tiles, seed: int, stream: int, begin: Integers, end: Integers) -> tuple[Floats, Floats]:
-    """Grid coordinates [m] of some scatterers of tiles, one tile after the other, by rank.
+class DrawnCells(NamedTuple):
+    """Scatterers of tiles, tile by tile in order of priority, n of them."""
+
+    cell: NDArray[np.uint16]
+    """Cell of each in its tile, row times `TILE` plus column, shape (n,)."""
+    along: Floats
+    """Grid coordinate along the first axis [m], shape (n,)."""
+    across: Floats
+    """Grid coordinate along the second [m], shape (n,)."""
+
+
+def draw_cells(tiles: Tiles, seed: int, stream: int, begin: Integers, end: Integers) -> DrawnCells:
+    """Some scatterers of tiles, one tile after the other, by rank.
 
     Args:
         tiles: The tiles.
@@ -108,17 +119,18 @@ def next_positions(tiles: Tiles, seed: int, stream: int, begin: Integers, end: I
         begin: First rank of each, shape (tiles,).
         end: Rank after the last of each, shape (tiles,).
     """
-    along, across = np.empty((2, int(np.sum(end - begin))))
-    _next_positions(*tiles, begin, end, *random_keys.stream_key(seed, stream), along, across)
-    return along, across
+    count = int(np.sum(end - begin))
+    drawn = DrawnCells(np.empty(count, np.uint16), np.empty(count), np.empty(count))
+    _draw_cells(*tiles, begin, end, *random_keys.stream_key(seed, stream), drawn)
+    return drawn
 
 
 @njit(cache=True, nogil=True)
-def _next_positions(
+def _draw_cells(
     scale: Integers, tile_along: Integers, tile_across: Integers, begin: Integers, end: Integers, k0: int, k1: int,
-    along: Floats, across: Floats,
+    drawn: DrawnCells,
 ) -> None:  # fmt: skip
-    """Compiled loop of `next_positions`: fills `along` and `across` [m]."""
+    """Compiled loop of `draw_cells`."""
     words, start = np.empty((4, TILE * TILE), np.uint32), 0
     row, column, rank = np.empty((3, TILE * TILE), np.int64)
     for t in range(scale.size):
@@ -131,35 +143,35 @@ def _next_positions(
         random_keys.philox_at(row[:size], column[:size], scale[t], 0, k0, k1, words)
         for n in range(size):
             index = start + rank[n] - begin[t]
-            along[index] = (row[n] + random_keys.uniform_from_word(words[0, n])) * pitch
-            across[index] = (column[n] + random_keys.uniform_from_word(words[1, n])) * pitch
+            a, b = row[n] - tile_along[t] * TILE, column[n] - tile_across[t] * TILE
+            drawn.cell[index] = np.uint16(a * TILE + b)
+            drawn.along[index] = (row[n] + random_keys.uniform_from_word(words[0, n])) * pitch
+            drawn.across[index] = (column[n] + random_keys.uniform_from_word(words[1, n])) * pitch
         start += end[t] - begin[t]
 
 
 @njit(cache=True, nogil=True)
-def tile_prefixes(tile: NDArray[np.int32], rank: NDArray[np.int32], density: Floats) -> tuple[Integers, Integers]:
-    """Tiles of some scatterers, and for each a number of its first scatterers by rank that includes all of these.
+def prefix_sizes(fractions: Floats, density: Floats) -> Integers:
+    """Number of the first scatterers by rank of each tile that include all below given priorities.
 
     Args:
-        tile: Row of the tile of each scatterer, shape (n,).
-        rank: Rank of each scatterer in the order of priority in its tile, shape (n,).
-        density: Largest fraction of a tile's scatterers that is ever kept [1], shape (tiles,).
+        fractions: Priority below which scatterers may be kept in each part of each tile, shape (n, PARTS, PARTS).
+        density: Largest fraction of a tile's scatterers that is ever kept [1], shape (n,).
 
     Returns:
-        Rows of the tiles; and for each the least number with all its scatterers in the sequence of that fraction, a
-        quarter of it, a sixteenth and so on.
+        The least number with all of them in the sequence of that fraction, a quarter of it, a sixteenth and so on; 0
+        for a tile without any, shape (n,).
     """
-    count, tile_rows, tile_count = np.zeros(density.size, np.int64), np.empty(density.size, np.int64), 0
-    for m in range(tile.size):
-        count[tile[m]] = max(count[tile[m]], rank[m] + 1)
+    found = np.zeros(density.size, np.int64)
     for t in range(density.size):
-        if count[t] == 0:
+        needed = np.ceil(min(max(fractions[t].max(), 0.0), 1.0) * (TILE * TILE))
+        if needed == 0:
             continue
-        size = np.ceil(density[t] * (TILE * TILE))
-        while size >= 4 * count[t]:
+        size = max(np.ceil(density[t] * (TILE * TILE)), needed)
+        while size >= 4 * needed:
             size /= 4
-        tile_rows[tile_count], count[tile_count], tile_count = t, int(np.ceil(size)), tile_count + 1
-    return tile_rows[:tile_count], count[:tile_count]
+        found[t] = int(np.ceil(size))
+    return found
 
 
 @njit(cache=True, nogil=True)

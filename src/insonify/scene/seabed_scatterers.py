@@ -8,12 +8,11 @@ terrain finer than the cells is sampled at few points, which increases the varia
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.scene._terrain_draping_kernel import drape_points, drape_tiles
+from insonify.scene._terrain_draping_kernel import drape_points
 from insonify.scene.scatterers import Law, Scatterers
 from insonify.scene.terrain.relief import TerrainSample
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 def seabed_scatterers(
@@ -47,26 +46,3 @@ def seabed_scatterers(
     )
     drape_points(depth, sample.height, sample.slope, horizontal_position, area, position, normal, facet_area)
     return Scatterers("seabed", "seabed", law, position, normal, facet_area, phase, scatterer_id)
-
-
-def tile_scatterers(
-    depth: float, terrain_rows: tuple[Floats, Integers], law: Law, tile: NDArray[np.int32], rank: NDArray[np.int32],
-    position: Floats, area: Floats, phase: NDArray[np.complex128], scatterer_id: NDArray[np.uint64],
-) -> Scatterers:  # fmt: skip
-    """Scatterers at points of tiles whose terrain is cached; the columns of the arguments are overwritten.
-
-    Args:
-        depth: Depth of the mean plane [m].
-        terrain_rows: Height and gradient at the points of tiles, and first row of each tile; see
-            `SeabedTerrain.sample_tiles`.
-        law: Scattering law.
-        tile: Row of the tile of each point, shape (n,).
-        rank: Rank of each point among those of its tile, shape (n,).
-        position: North and east [m]; the depth is overwritten, shape (n, 3).
-        area: Area of the mean plane that each represents [m^2], shape (n,).
-        phase: Unit phasors [1], shape (n,).
-        scatterer_id: Keys of the scatterers, shape (n,).
-    """
-    normal = np.empty(position.shape)
-    n = drape_tiles(depth, *terrain_rows, tile, rank, position, normal, area, phase, scatterer_id)
-    return Scatterers("seabed", "seabed", law, position[:n], normal[:n], area[:n], phase[:n], scatterer_id[:n])

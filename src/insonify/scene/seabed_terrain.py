@@ -1,6 +1,6 @@
 """Depth, gradient and coherent reflection loss of the resolved terrain of a seabed.
 
-Depth is that of the mean plane less the height of the terrain. Results are cached, since the positions of scatterers
+Depth is that of the mean plane less the height of the terrain. Nodes are cached, since they
 recur in every ping.
 """
 
@@ -13,12 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.scene.heightmap_cache import CELLS, HeightmapCache, HeightmapTiles
 from insonify.scene.heightmap_synthesis import HeightmapSynthesizer
-from insonify.scene.scatterer_terrain_cache import ScattererTerrainCache
 from insonify.scene.terrain.composite_relief import CompositeRelief
 from insonify.scene.terrain_lattice import TerrainLattice
 
 Floats = NDArray[np.float64]
-NextPositions = Callable[[NDArray[np.int64], NDArray[np.int64]], tuple[Floats, Floats]]
 
 TILE_CELLS = CELLS
 """Cells along the side of one tile of the map."""
@@ -28,7 +26,6 @@ MIN_CELL_SIZE = 0.02
 """Smallest cell of the map [m]: relief finer than four of them tilts facets, but casts no shadows."""
 MAX_CELL_SIZE = 0.5
 """Largest cell of the map [m], which limits the sharpness of shadow edges."""
-_MAX_CACHE_BYTES = 192 << 20  # of cached terrain samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +36,6 @@ class SeabedTerrain:
     """Depth of the mean plane, from which heights are counted [m]."""
     relief: CompositeRelief
     """Heights above that plane, and the roughness left to the scattering law."""
-    _points: dict[int, ScattererTerrainCache] = field(default_factory=dict, repr=False)
     _heightmap: HeightmapCache = field(default_factory=HeightmapCache, repr=False)
 
     @cached_property
@@ -51,30 +47,6 @@ class SeabedTerrain:
     def depth_at(self, north: ArrayLike, east: ArrayLike) -> Floats:
         """Depth of the terrain [m] at positions [m], broadcast shape; NaN where it is unknown."""
         return np.asarray(self.depth - self.relief.height(north, east))
-
-    def sample_tiles(
-        self, seed: int, key: NDArray[np.int64], size: NDArray[np.int64], positions: NextPositions
-    ) -> tuple[Floats, NDArray[np.int64]]:
-        """Terrain samples at the points of tiles, cached under the tiles' keys.
-
-        Args:
-            seed: Seed of the random points.
-            key: Keys of the tiles, each once, shape (tiles,); the same key must mean the same points.
-            size: Number of points of each tile, in order of rank, shape (tiles,).
-            positions: Function of rows of tiles and of the first missing point of each; returns the grid coordinates
-                [m] of their missing points, tile by tile.
-
-        Returns:
-            Height [m] and gradient to the north and the east [1] of points, shape (any, 3), and the first row of each
-            tile among them, shape (tiles,).
-        """
-        terrain = self.relief.resolved
-
-        def computed(rows: NDArray[np.int64], known: NDArray[np.int64]) -> Floats:
-            return terrain.gradient_rows_in_world(terrain.sample_in_grid_axes(*positions(rows, known)))
-
-        cache = self._points.get(seed) or self._points.setdefault(seed, ScattererTerrainCache(_MAX_CACHE_BYTES))
-        return cache.rows_of(key, size, computed)
 
     @cached_property
     def lattice(self) -> TerrainLattice:

@@ -1,14 +1,20 @@
-"""Rows of the cached points of tiles: a table of tiles by key. Plain numbers and arrays only."""
+"""Rows of drawn tiles in memory: a table of tiles by key. Plain numbers and arrays only."""
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
 
-Floats = NDArray[np.float64]
+if TYPE_CHECKING:
+    from insonify.scene.drawn_tiles import DrawnScatterers
+
 Integers = NDArray[np.int64]
 
 _HASH_FACTOR = np.uint64(0x9E3779B97F4A7C15)
+_NEIGHBOUR_BITS = 3
+"""Tiles side by side, eight of them, have slots side by side: they are looked up one after the other."""
 
 
 @njit(cache=True, nogil=True)
@@ -20,7 +26,8 @@ def find_slot(key: np.int64, table: Integers) -> int:
     Source: linear probing after multiplicative hashing, Knuth (1998), The Art of Computer Programming 3, 6.4.
     """
     last = table.shape[0] - 1
-    slot = np.int64((np.uint64(key) * _HASH_FACTOR) >> np.uint64(20)) & last
+    group = np.int64(((np.uint64(key) >> np.uint64(_NEIGHBOUR_BITS)) * _HASH_FACTOR) >> np.uint64(40))
+    slot = ((group << _NEIGHBOUR_BITS) + (key & ((1 << _NEIGHBOUR_BITS) - 1))) & last
     while table[slot, 2] > 0 and table[slot, 0] != key:
         slot = (slot + 1) & last
     return slot
@@ -40,8 +47,8 @@ def put(key: Integers, start: Integers, size: Integers, table: Integers) -> int:
 
 @njit(cache=True, nogil=True)
 def find(
-    key: Integers, size: Integers, table: Integers, rows: Floats, old_table: Integers, old_rows: Floats, used: int,
-    start: Integers, known: Integers,
+    key: Integers, size: Integers, table: Integers, rows: "DrawnScatterers", old_table: Integers,
+    old_rows: "DrawnScatterers", used: int, start: Integers, known: Integers,
 ) -> tuple[int, int]:  # fmt: skip
     """Find the rows of tiles: rows in the older table are copied to the newer, and rows of others are reserved.
 
@@ -51,7 +58,7 @@ def find(
         key: Keys of the tiles, shape (n,).
         size: Number of requested rows of each tile, shape (n,).
         table: The newer table, with enough empty slots.
-        rows: Rows of the newer table, with enough unused ones, shape (any, 3).
+        rows: Rows of the newer table, with enough unused ones.
         old_table: The older table.
         old_rows: Rows of the older table.
         used: Number of rows in use.
@@ -64,17 +71,19 @@ def find(
     """
     new = 0
     for n in range(key.size):
-        slot, old_slot = find_slot(key[n], table), find_slot(key[n], old_table)
+        start[n], known[n] = 0, 0
+        if size[n] == 0:
+            continue
+        slot = find_slot(key[n], table)
         if table[slot, 2] >= size[n]:
             start[n], known[n] = table[slot, 1], size[n]
             continue
+        old_slot = find_slot(key[n], old_table)
         start[n], known[n] = used, min(max(old_table[old_slot, 2], table[slot, 2]), size[n])
-        for row in range(known[n]):
-            for column in range(3):
-                if old_table[old_slot, 2] >= known[n]:
-                    rows[used + row, column] = old_rows[old_table[old_slot, 1] + row, column]
-                else:
-                    rows[used + row, column] = rows[table[slot, 1] + row, column]
+        if old_table[old_slot, 2] >= known[n]:
+            _copy(old_rows, old_table[old_slot, 1], known[n], rows, used)
+        else:
+            _copy(rows, table[slot, 1], known[n], rows, used)
         if known[n] == size[n]:
             new += table[slot, 2] == 0
             table[slot, 0], table[slot, 1], table[slot, 2] = key[n], used, size[n]
@@ -83,11 +92,18 @@ def find(
 
 
 @njit(cache=True, nogil=True)
-def fill(computed: Floats, start: Integers, known: Integers, size: Integers, rows: Floats) -> None:
-    """Copy computed rows (any, 3), tile after tile, to the unknown rows of each tile."""
-    next_row = 0
+def fill(drawn: "DrawnScatterers", start: Integers, known: Integers, size: Integers, rows: "DrawnScatterers") -> None:
+    """Copy drawn rows, tile after tile, to the unknown rows of each tile."""
+    first = 0
     for n in range(start.size):
-        for row in range(known[n], size[n]):
-            for column in range(3):
-                rows[start[n] + row, column] = computed[next_row, column]
-            next_row += 1
+        count = size[n] - known[n]
+        _copy(drawn, first, count, rows, start[n] + known[n])
+        first += count
+
+
+@njit(cache=True, nogil=True)
+def _copy(source: "DrawnScatterers", first: int, count: int, target: "DrawnScatterers", begin: int) -> None:
+    """Copy a number of rows to others."""
+    target.cell[begin : begin + count] = source.cell[first : first + count]
+    if target.terrain.shape[0] > 0:
+        target.terrain[begin : begin + count] = source.terrain[first : first + count]
