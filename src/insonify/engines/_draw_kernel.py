@@ -148,7 +148,7 @@ def draw_and_keep(
             a, b, share = row[w] - a0, column[w] - b0, candidates.share[w]
             name, drawn_row = first_key[t] + np.uint64(a * ROW_KEY_STEP + b), start[t] + candidates.rank[w]
             if not is_peaked[t, a // SIDE, b // SIDE]:
-                n = _place((x, y), pitch * pitch / share, phase, name, drawn.terrain, drawn_row, plane, kept, n)
+                n = _write_kept((x, y), pitch * pitch / share, phase, name, drawn.terrain, drawn_row, plane, kept, n)
                 continue
             positions[waiting, 0], positions[waiting, 1] = x, y
             pending[waiting, 0], pending[waiting, 1], pending[waiting, 2] = candidates.priority[w], density[t], share
@@ -253,7 +253,7 @@ def _choose(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _place(
+def _write_kept(
     horizontal: tuple[float, float], area: float, phase: float, key: np.uint64, terrain: Floats, row: int,
     plane: tuple[float, float], kept: KeptScatterers, n: int,
 ) -> int:  # fmt: skip
@@ -352,5 +352,5 @@ def _decide_batch(
         if pending[m, 0] < share:
             horizontal = positions[m, 0], positions[m, 1]
             area, phase = pending[m, 3] / share, pending[m, 4]
-            count = _place(horizontal, area, phase, keys[m], terrain, rows[m], plane, kept, count)
+            count = _write_kept(horizontal, area, phase, keys[m], terrain, rows[m], plane, kept, count)
     return count
