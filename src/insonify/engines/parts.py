@@ -15,8 +15,8 @@ MAX_PARTS = 16
 MAX_ACCUMULATOR_BYTES = 64 << 20
 """Memory beyond which there are fewer parts, down to `MIN_PARTS`: to add them up costs time too [bytes]."""
 MIN_PARTS = 2
-SCATTERERS_PER_BLOCK = 49152
-"""Scatterers in a block: few enough for the cache, enough to make the cost of Python negligible."""
+SCATTERERS_PER_BLOCK = 98304
+"""Scatterers in a block, about twice as many as are kept: enough to make the cost of Python small."""
 MIN_TILE_COST = 4
 """Scatterers of a block that one more tile counts for at least."""
 
