@@ -76,7 +76,7 @@ def _node(distance: float, last: float, count: int) -> float:
     return math.sqrt(min(max(distance, 0.0) / last, 1.0)) * (count - 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(inline="always")
 def _row(workspace: Floats, number: int) -> Floats:
     """One row of the memory of a batch."""
     return workspace[number * BATCH : (number + 1) * BATCH]
@@ -241,7 +241,8 @@ def _two_way(
         return
     sufficient[:size] = np.inf  # so that the result does not depend on the order of the ends
     _one_way_envelope(transmit, workspace, has_radius, size)
-    once[:size] = result[:size]
+    for n in range(size):
+        once[n] = result[n]
     _one_way_envelope(receive, workspace, has_radius, size)
     for n in range(size):
         result[n] *= once[n]
@@ -277,7 +278,8 @@ def two_way_envelope(
         has_radius, size = _load_batch(position, radius, first, workspace)
         _row(workspace, _SUFFICIENT)[:] = np.inf
         _two_way(transmit, receive, same_beams, workspace, has_radius, size)
-        result[first : first + size] = _row(workspace, _RESULT)[:size]
+        for n in range(size):
+            result[first + n] = workspace[_RESULT * BATCH + n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

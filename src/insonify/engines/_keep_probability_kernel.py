@@ -114,11 +114,10 @@ def interpolate_corner_gains(
     """
     _, tile_gain, centre_gain, row, parts = bounds
     for t in range(tile_gain.size):
-        corner[t] = centre_gain[t]
-        if row[t] < 0:
-            largest[t] = tile_gain[t]
-        else:
-            largest[t] = parts[row[t]]
+        corner[t, :, :] = centre_gain[t]
+        for i in range(PARTS):
+            for j in range(PARTS):
+                largest[t, i, j] = tile_gain[t] if row[t] < 0 else parts[row[t], i, j]
     for m in range(by_part.size):
         for i in range(PARTS + 1):
             for j in range(PARTS + 1):

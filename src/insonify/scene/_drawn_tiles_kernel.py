@@ -103,7 +103,12 @@ def fill(drawn: "DrawnScatterers", start: Integers, known: Integers, size: Integ
 
 @njit(cache=True, nogil=True)
 def _copy(source: "DrawnScatterers", first: int, count: int, target: "DrawnScatterers", begin: int) -> None:
-    """Copy a number of rows to others."""
-    target.cell[begin : begin + count] = source.cell[first : first + count]
+    """Copy a number of rows to others, in loops: to compile an assignment of slices takes a second."""
+    cell, new_cell = source.cell[first : first + count], target.cell[begin : begin + count]
+    for n in range(new_cell.size):
+        new_cell[n] = cell[n]
     if target.terrain.shape[0] > 0:
-        target.terrain[begin : begin + count] = source.terrain[first : first + count]
+        terrain, new_terrain = source.terrain[first : first + count], target.terrain[begin : begin + count]
+        for n in range(new_terrain.shape[0]):
+            for column in range(3):
+                new_terrain[n, column] = terrain[n, column]

@@ -141,8 +141,8 @@ def _add_octave_pointwise(
     count, width = out.shape[1], out.shape[2]
     north, east, sample = np.empty(count * width), np.empty(count * width), np.zeros((count * width, 3))
     for i in range(count):
-        north[i * width : (i + 1) * width] = x + i * step
-        east[i * width : (i + 1) * width] = y + np.arange(width) * step
+        for j in range(width):
+            north[i * width + j], east[i * width + j] = x + i * step, y + j * step
     band = LatticeBand(octave[0], octave[1], octave[2], octave[3], octave[4])
     add_band(north, east, band, LatticeKey(keys[1], keys[2], keys[3], keys[4]), quantiles, sample)
     for n in range(count * width):
