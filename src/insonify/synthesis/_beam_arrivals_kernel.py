@@ -459,7 +459,7 @@ def _receive_gain_by_pair(
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_block(
     cells: NDArray[np.complex64], block: ScattererBlock, extra_attenuation: float, transmitter: Transmitter,
-    receiving_array: ReceivingArray, reception: Reception, grid: DirectionRows,
+    receiving_array: ReceivingArray, reception: Reception, grid: DirectionRows | None,
 ) -> None:  # fmt: skip
     """Deposit the echoes of one block by all pairs of legs on the cells of all beams.
 
@@ -470,7 +470,7 @@ def deposit_block(
         transmitter: Transmitter.
         receiving_array: Receiving array.
         reception: Time grid, carrier and water.
-        grid: Direction grid, whose rows replace the channels; of step 0: channels are beams.
+        grid: Direction grid, whose rows replace the channels; None: channels are beams, and its code is not compiled.
     """
     f, g = len(block.transmit_legs.delay), len(block.receive_legs.delay)
     scatterer_count, strengths = block.phase.size, block.strengths
@@ -483,10 +483,11 @@ def deposit_block(
     )  # fmt: skip
     legs, leg = BlockLegs(transmit_legs, receive_legs), _Leg(np.empty(_PART + 1, np.int32), np.empty(_COLUMNS * _PART))
     buffer = arrival_buffer(terms, cells.shape[1], reception.doppler_nodes)
-    reached_out, reached_back, by_direction = _reached_buffer(f), _reached_buffer(g), grid.step > 0
-    right_cosine = np.zeros((gain_rows if by_direction else 0, _PART))
-    sort_buffer = row_sort_buffer(cells.shape[0] if by_direction else 0)
-    transmit_cosine = np.zeros((f if by_direction else 0, _PART))
+    reached_out, reached_back = _reached_buffer(f), _reached_buffer(g)
+    transmit_cosine, right_cosine = np.zeros((0, _PART)), np.zeros((0, _PART))
+    if grid is not None:
+        transmit_cosine, right_cosine = np.zeros((f, _PART)), np.zeros((gain_rows, _PART))
+        sort_buffer = row_sort_buffer(cells.shape[0])
     for begin in range(0, scatterer_count, _PART):
         end = min(begin + _PART, scatterer_count)
         for i in range(f):
@@ -510,10 +511,10 @@ def deposit_block(
                 length = block.receive_legs.length[j, begin:]
                 _receive_gain_by_pair((i, j), count, buffer, legs, length, receiving_array, leg, right_cosine)
             row = 0 if receiving_array.is_rotating else j
-            if by_direction:
+            if grid is None:
+                deposit_pair(cells, (i, j, row), count, buffer, legs, receiving_array.point, reception)
+            else:
                 directions = DirectionColumns(grid, transmit_cosine[i], right_cosine[row], sort_buffer)
                 deposit_pair_by_direction(
                     cells, (i, j, row), count, buffer, legs, receiving_array.point, reception, directions
                 )
-            else:
-                deposit_pair(cells, (i, j, row), count, buffer, legs, receiving_array.point, reception)

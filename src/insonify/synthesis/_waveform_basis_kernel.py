@@ -48,19 +48,24 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
     middle = 0.5 * (doppler[0] + doppler[-1])
     half = 0.5 * (doppler[-1] - doppler[0]) / math.cos(0.5 * math.pi / waveforms) if waveforms > 1 else 0.0
     node, scale, coefficients = np.zeros(waveforms), np.ones(waveforms), np.zeros((WAVEFORMS_PER_CELL, 8), np.float32)
-    if waveforms > 1:
-        node[:] = (doppler - middle) / half
+    single_node, single_scale = np.zeros(waveforms, np.float32), np.ones(waveforms, np.float32)
+    row = np.empty(WAVEFORMS_PER_CELL)
+    for s in range(waveforms if waveforms > 1 else 0):
+        node[s] = (doppler[s] - middle) / half
+        single_node[s] = node[s]
     for s in range(waveforms):
-        row = np.array([1.0, 0.0, 0.0, 0.0])
+        row[0], row[1:] = 1.0, 0.0
         for other_node in range(waveforms):
             if other_node != s:
                 scale[s] /= node[s] - node[other_node]
                 for power in range(WAVEFORMS_PER_CELL - 1, -1, -1):  # times (x - node)
                     row[power] = (row[power - 1] if power > 0 else 0.0) - row[power] * node[other_node]
+        single_scale[s] = scale[s]
         if waveforms <= WAVEFORMS_PER_CELL:
             for lane in range(2 * s, 8, 4 if waveforms == 2 else 8):
-                coefficients[:, lane : lane + 2] = (scale[s] * row).reshape(-1, 1)
-    return BasisWeights(middle, half, node.astype(np.float32), scale.astype(np.float32), coefficients)
+                for power in range(WAVEFORMS_PER_CELL):
+                    coefficients[power, lane] = coefficients[power, lane + 1] = scale[s] * row[power]
+    return BasisWeights(middle, half, single_node, single_scale, coefficients)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")

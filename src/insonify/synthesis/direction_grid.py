@@ -31,8 +31,6 @@ from insonify.synthesis.waveform_basis import WaveformBasis
 
 Floats = NDArray[np.float64]
 Cells = NDArray[np.complex64]
-NO_DIRECTION_GRID = DirectionRows(0.0, 0.0, np.empty((0, 4)), 1.0)
-"""No grid."""
 WEAK = 1e-9
 """Spectrum of the received pulse re its maximum below which beams are not formed [1]."""
 _RESPONSE_DEGREE = 12

@@ -20,7 +20,7 @@ from insonify.synthesis._beam_arrivals_kernel import (
     WavefrontColumns,
     deposit_block,
 )
-from insonify.synthesis.direction_grid import NO_DIRECTION_GRID, DirectionGrid
+from insonify.synthesis.direction_grid import DirectionGrid
 from insonify.synthesis.element_arrivals import (
     PingReception,
     ReceivePoints,
@@ -79,7 +79,7 @@ def deposit_beams(
         receiver = _receiving_array(
             ping_geometry, sub_band.receive_beams, channels, pulse_middle, has_parallax=parallax
         )
-        rows = NO_DIRECTION_GRID if grid_rows is None else grid_rows.rows[band]
+        rows = None if grid_rows is None else grid_rows.rows[band]
         deposit_block(cells[band], block, extra_absorption, transmitter, receiver, reception, rows)
 
 
