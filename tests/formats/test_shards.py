@@ -253,3 +253,22 @@ def test_shares_hold_each_ping_once_and_end_small(workers: int, first: int, coun
         ends = [share.stop for share in decreasing_shares(weights, workers)]
         assert ends[workers - 1] == pytest.approx(800, abs=workers)
     assert sum(map(len, decreasing_shares(0 * weights, workers))) == count
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_entries_of_loose_pings_are_names_of_one_file(
+    serial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
+) -> None:
+    """A file for each ping, and one for all entries; on a disk without second names one each. Then no file is left."""
+    path = tmp_path / "a.zarr"
+    mine = writer(path)
+    if not links:
+        monkeypatch.setattr(os, "link", lambda *_: (_ for _ in ()).throw(PermissionError("no links here")))
+    for ping in range(10):
+        mine.write(ping, sound(ping), None)
+    entries = [file.stat().st_ino for file in (path / shards.LOOSE / "done").iterdir() if file.name.isdecimal()]
+    assert len(entries) == 10 and len(set(entries)) == (1 if links else 10)
+    assert np.flatnonzero(recorded_pings(path)).tolist() == list(range(10))
+    write_part(path)
+    assert contents(path) == contents(serial)
+    assert [file for file in (path / shards.LOOSE).rglob("*") if file.is_file()] == []

@@ -39,6 +39,8 @@ ABSENT = 2**64 - 1
 """Offset and length of a row that a shard lacks."""
 Confirm = Callable[[], object]
 """Function that raises an error where another recording has taken the place of the one that is written."""
+ENTRY = ".entry"
+"""End of the name of the file whose other names are the entries of loose pings."""
 STALE = 600.0
 """Age at which an unfinished file is that of a killed writer [s]."""
 _CODECS: dict[str, Codec] = {"zstd": Zstd(level=0), "blosc": Blosc("lz4", 5, Blosc.SHUFFLE)}
@@ -188,11 +190,33 @@ def put_chunks(chunks: Iterable[tuple[str, bytes]], confirm: Confirm = _confirme
 def _create(file: str, content: bytes, confirm: Confirm) -> None:
     """Create a file, and its folder if the recording is still the intended one."""
     try:
-        Path(file).write_bytes(content)
+        _write(file, content)
     except FileNotFoundError:
         confirm()
         Path(file).parent.mkdir(parents=True, exist_ok=True)
-        Path(file).write_bytes(content)
+        _write(file, content)
+
+
+def _write(file: str, content: bytes) -> None:
+    """Write a file; the entry of a loose ping as one more name of the first such file in its folder.
+
+    All entries have the same content. A name costs a twentieth of what a file of its own may cost.
+    """
+    folder = os.path.dirname(file)
+    if folder.endswith(os.path.join(LOOSE, "done")):
+        first = os.path.join(folder, f".{crc32c(content):08x}{ENTRY}")
+        try:
+            if not os.path.isfile(first):
+                aside = f"{first}.{uuid.uuid4().hex}.partial"
+                Path(aside).write_bytes(content)
+                os.replace(aside, first)
+            os.link(first, file)
+            return
+        except FileNotFoundError:
+            raise
+        except OSError:  # no second names here, or no more of them
+            pass
+    Path(file).write_bytes(content)
 
 
 @contextmanager
@@ -251,6 +275,9 @@ def pack_shards(
             for array in (done, *arrays):  # entries first: without them, no other writer packs what is left
                 for row in array.rows(shard):
                     array.row_file(row).unlink(missing_ok=True)
+    if not done.loose_rows():
+        for file in (group / LOOSE / done.name).glob(f".*{ENTRY}"):
+            file.unlink(missing_ok=True)
 
 
 def _sweep(folder: Path) -> None:
