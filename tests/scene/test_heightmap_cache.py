@@ -8,6 +8,7 @@ import pytest
 from insonify.scene.heightmap_cache import CELLS, NODES, HeightmapCache
 
 SIDE = 0.5 * CELLS
+ORIGIN = np.zeros(2)
 
 
 def tile(along, across):
@@ -16,7 +17,7 @@ def tile(along, across):
     return (along * CELLS + nodes[:, None]) * 1000 + across * CELLS + nodes
 
 
-def read(paged, places, drawn=None):
+def read(paged, places, drawn=None, extent=(ORIGIN, ORIGIN)):
     """What the map states at nodes, requested page by page as a kernel would: one missing page at a time."""
     found, done = np.zeros(len(places)), np.zeros(len(places), bool)
 
@@ -39,7 +40,7 @@ def read(paged, places, drawn=None):
             found[n], done[n] = pages.heights[(at * NODES + i % CELLS) * NODES + j % CELLS], True
         return True
 
-    paged.serve_kernel(0.5, np.zeros(2), np.zeros(2), draw, evaluate)
+    paged.serve_kernel(0.5, *extent, draw, evaluate)
     return found
 
 
@@ -59,6 +60,49 @@ def test_a_page_is_drawn_once():
     first = len(drawn)
     read(paged, places, drawn)
     assert first == len(set(drawn)) == len(drawn)
+
+
+def places_of(tiles):
+    """A node in each of some tiles."""
+    return np.array([[along * CELLS + 3, across * CELLS + 5] for along, across in tiles])
+
+
+def test_the_memory_of_a_straight_survey_does_not_grow_and_no_tile_is_drawn_twice():
+    """Thousands of tiles in a line, each read by a few successive pings: two halves of the first size."""
+    paged, drawn, memory = HeightmapCache(1 << 30, min_tiles=64), [], set()
+    for ping in range(1500):
+        places = places_of([(ping + k, side) for k in range(4) for side in (-1, 2)])
+        read(paged, places, drawn, (0.5 * places.min(axis=0), 0.5 * places.max(axis=0)))
+        memory.add(paged._current.heights.ctypes.data)
+    assert len(drawn) == len(set(drawn)) == 2 * 1503
+    assert len(memory) <= 3 and paged._current.capacity == 64
+
+
+@pytest.mark.parametrize("calls", [1, 3, 6])
+def test_halves_grow_to_hold_what_every_ping_reads(calls):
+    """Many more tiles than a half holds at first, in one call or in several: soon none is drawn again."""
+    paged, drawn = HeightmapCache(1 << 30, min_tiles=16), []
+    tiles = [(a, b) for a in range(12) for b in range(12)]
+    for _ in range(20):
+        drawn.clear()
+        for part in range(calls):
+            read(paged, places_of(tiles[part::calls]), drawn)
+    assert drawn == []
+
+
+def test_tiles_that_are_read_stay_while_others_fill_the_memory():
+    """A kernel that evaluates for long sees its own tiles, whatever other calls read meanwhile."""
+    paged = HeightmapCache(1 << 30, min_tiles=8)
+
+    def evaluate(pages, requested):
+        before = pages.heights.copy()
+        for number in range(60):
+            read(paged, places_of([(number, 0), (number, 3)]))
+        np.testing.assert_array_equal(pages.heights[: 2 * NODES**2], before[: 2 * NODES**2])
+        return True
+
+    read(paged, places_of([(0, 0), (1, 1)]))
+    paged.serve_kernel(0.5, np.zeros(2), np.zeros(2), tile, evaluate)
 
 
 def test_threads_share_tiles():

@@ -4,7 +4,9 @@ A kernel that finds a tile missing marks it and continues with the next point; m
 remaining points evaluated again. The positions of bounces are therefore not needed beforehand.
 
 Memory has two halves. When the current half is full a new one is begun; tiles of the previous half that are read again
-are copied into it, the others are deleted with that half.
+are copied into it, the others are deleted with that half. A half holds a few times what pings read again, so that the
+memory of a long straight survey does not grow: it is enlarged where much is copied, or synthesised a second time. The
+memory of a deleted half is used again unless a kernel still reads it.
 """
 
 import math
@@ -22,7 +24,11 @@ CELLS = 1 << SHIFT
 """Cells along the side of one tile of the map."""
 NODES = CELLS + 1
 HALF_BYTES = 224 << 20
-"""Memory of a half, 13 thousand tiles [bytes]; if a ping needs more, all are synthesised in every ping."""
+"""Memory of a half at most, 13 thousand tiles [bytes]; if a ping needs more, all are synthesised in every ping."""
+MIN_TILES = 1024
+"""Tiles of a half at first [1]."""
+COPIED = 0.25
+"""Fraction of a half that is copied from the previous one, above which the next is larger [1]."""
 
 
 class HeightmapTiles(NamedTuple):
@@ -40,32 +46,78 @@ class HeightmapTiles(NamedTuple):
     """Heights on the nodes [m], (tiles x nodes x nodes,)."""
 
 
+class _Half:
+    """Tiles, and the table of their rows."""
+
+    def __init__(self, capacity: int) -> None:
+        # a quarter more for the tiles of one more call; pages of memory that are not written to are not allocated
+        self.heights = np.empty((capacity + capacity // 4 + 2, NODES, NODES), np.float32)
+        self.capacity, self.readers = capacity, 0
+        self.clear()
+
+    def clear(self) -> None:
+        """Delete all tiles; their memory is used again."""
+        self.begin: TileNumber = (0, 0)
+        self.end: TileNumber = (0, 0)
+        self.row_of = np.full((0, 0), -1, np.int32)
+        self.heights[0], self.used = 0, 1  # read in place of missing tiles
+        self.copied = self.made = self.made_again = 0
+
+    def extend_table(self, begin: TileNumber, end: TileNumber) -> None:
+        """Extend the table of rows to a range of tile numbers; arrays that other threads read are not changed."""
+        first, last = self.begin, self.end
+        if not self.row_of.size:
+            first, last = begin, end
+        elif begin[0] >= first[0] and begin[1] >= first[1] and end[0] <= last[0] and end[1] <= last[1]:
+            return
+        begin = min(begin[0], first[0]), min(begin[1], first[1])
+        end = max(end[0], last[0]), max(end[1], last[1])
+        row_of = np.full((end[0] - begin[0], end[1] - begin[1]), -1, np.int32)
+        a, b = first[0] - begin[0], first[1] - begin[1]
+        row_of[a : a + self.row_of.shape[0], b : b + self.row_of.shape[1]] = self.row_of
+        self.begin, self.end, self.row_of = begin, end, row_of
+
+    def add(self, new_tiles: dict[TileNumber, NDArray[np.floating]]) -> None:
+        """Add tiles; arrays that other threads read are not changed."""
+        row_of, heights = self.row_of.copy(), self.heights
+        by_entry = {(a - self.begin[0], b - self.begin[1]): tile for (a, b), tile in new_tiles.items()}
+        new = {entry: tile for entry, tile in by_entry.items() if row_of[entry] < 0}
+        if not new:
+            return
+        if self.used + len(new) > len(heights):  # one call reads more tiles than fit
+            heights = np.empty((2 * (self.used + len(new)), NODES, NODES), np.float32)
+            heights[: self.used] = self.heights[: self.used]
+        for entry, tile in new.items():
+            heights[self.used], row_of[entry] = tile, self.used
+            self.used += 1
+        self.row_of, self.heights = row_of, heights
+
+    def find(self, along: int, across: int) -> NDArray[np.floating] | None:
+        """One tile; None if it is not there."""
+        i, j = along - self.begin[0], across - self.begin[1]
+        if not (0 <= i < self.row_of.shape[0] and 0 <= j < self.row_of.shape[1]) or self.row_of[i, j] < 0:
+            return None
+        return self.heights[self.row_of[i, j]]
+
+
 class HeightmapCache:
     """The tiles of one map, which grow as they are read. Threads may share it."""
 
-    def __init__(self, max_bytes: int = 2 * HALF_BYTES) -> None:
+    def __init__(self, max_bytes: int = 2 * HALF_BYTES, min_tiles: int = MIN_TILES) -> None:
         """Create an empty cache.
 
         Args:
             max_bytes: Size of all tiles beyond which the least recently used are deleted [bytes].
+            min_tiles: Tiles of a half at first.
         """
-        self.max_bytes, self._lock = max_bytes, Lock()
-        self._start_new_half()
-        self._previous_half = self._begin, self._row_of, self._heights
+        self.max_bytes, self.min_tiles, self._lock = max_bytes, min_tiles, Lock()
+        self._most = max(max_bytes // 2 // (NODES**2 * 4), 2)
+        self._current = self._previous = _Half(min(min_tiles, self._most))
+        self._deleted: dict[TileNumber, None] = {}
 
-    def __reduce__(self) -> tuple[type["HeightmapCache"], tuple[int]]:
+    def __reduce__(self) -> tuple[type["HeightmapCache"], tuple[int, int]]:
         """Reduce to an empty cache: another process starts without tiles."""
-        return HeightmapCache, (self.max_bytes,)
-
-    def _start_new_half(self) -> None:
-        self._begin: TileNumber = (0, 0)
-        self._end: TileNumber = (0, 0)
-        self._row_of = np.full((0, 0), -1, np.int32)
-        self._workspace = max(self.max_bytes // 2 // (NODES**2 * 4), 2)
-        # a quarter more for the tiles of one more call; pages of memory that are not written to are not allocated
-        capacity = self._workspace + self._workspace // 4 + 1
-        self._heights, self._used = np.empty((capacity, NODES, NODES), np.float32), 1
-        self._heights[0] = 0  # read in place of missing tiles
+        return HeightmapCache, (self.max_bytes, self.min_tiles)
 
     def serve_kernel(
         self, cell: float, low: NDArray[np.float64], high: NDArray[np.float64],
@@ -85,20 +137,28 @@ class HeightmapCache:
         begin = math.floor(low[0] / side) - 2, math.floor(low[1] / side) - 2
         end = math.floor(high[0] / side) + 3, math.floor(high[1] / side) + 3
         with self._lock:
-            if self._used >= self._workspace:
-                self._previous_half = self._begin, self._row_of, self._heights
-                self._start_new_half()
-            previous = self._previous_half
-        new_tiles: dict[TileNumber, NDArray[np.floating]] = {}
+            half, previous = self._halves()
+            half.readers, previous.readers = half.readers + 1, previous.readers + 1
+        try:
+            self._serve(half, previous, cell, (begin, end), tile, evaluate)
+        finally:
+            with self._lock:
+                half.readers, previous.readers = half.readers - 1, previous.readers - 1
+
+    def _serve(
+        self, half: _Half, previous: _Half, cell: float, extent: tuple[TileNumber, TileNumber],
+        tile: Callable[[int, int], NDArray[np.floating]],
+        evaluate: Callable[[HeightmapTiles, NDArray[np.bool_]], bool],
+    ) -> None:  # fmt: skip
+        """Evaluate a kernel on the tiles of a half; arguments see `serve_kernel`."""
+        (begin, end), new_tiles = extent, dict[TileNumber, NDArray[np.floating]]()
         while True:
             with self._lock:
-                self._extend_table(begin, end)
-                if new_tiles:  # another thread may have begun a new half since
-                    rows, columns = zip(*new_tiles, strict=True)
-                    self._extend_table((min(rows) - 1, min(columns) - 1), (max(rows) + 2, max(columns) + 2))
-                    self._add_tiles(new_tiles)
-                corner, shape = self._begin, self._row_of.shape
-                tiles = HeightmapTiles(*corner, cell, self._row_of.ravel(), self._heights.ravel())
+                half.extend_table(begin, end)
+                if new_tiles:
+                    half.add(new_tiles)
+                corner, shape = half.begin, half.row_of.shape
+                tiles = HeightmapTiles(*corner, cell, half.row_of.ravel(), half.heights.ravel())
             missing = np.zeros(shape, bool)
             if evaluate(tiles, missing):
                 return
@@ -106,45 +166,27 @@ class HeightmapCache:
                 begin = begin[0] - shape[0], begin[1] - shape[1]
                 end = end[0] + shape[0], end[1] + shape[1]
                 missing[0, 0] = False
-            new_tiles = {}
-            for a, b in (np.array(corner) + np.argwhere(missing)).tolist():
-                cached = _find(previous, a, b)
-                new_tiles[a, b] = tile(a, b) if cached is None else cached
+            new_tiles, again = {}, 0
+            for number in map(tuple, (np.array(corner) + np.argwhere(missing)).tolist()):
+                cached = previous.find(*number) if previous is not half else None
+                again += cached is None and number in self._deleted
+                new_tiles[number] = tile(*number) if cached is None else cached
+                half.copied += cached is not None
+            half.made, half.made_again = half.made + len(new_tiles), half.made_again + again
 
-    def _extend_table(self, begin: TileNumber, end: TileNumber) -> None:
-        """Extend the table of rows to a range of tile numbers; arrays that other threads read are not changed."""
-        first, last = self._begin, self._end
-        if not self._row_of.size:
-            first, last = begin, end
-        elif begin[0] >= first[0] and begin[1] >= first[1] and end[0] <= last[0] and end[1] <= last[1]:
-            return
-        begin = min(begin[0], first[0]), min(begin[1], first[1])
-        end = max(end[0], last[0]), max(end[1], last[1])
-        row_of = np.full((end[0] - begin[0], end[1] - begin[1]), -1, np.int32)
-        a, b = first[0] - begin[0], first[1] - begin[1]
-        row_of[a : a + self._row_of.shape[0], b : b + self._row_of.shape[1]] = self._row_of
-        self._begin, self._end, self._row_of = begin, end, row_of
-
-    def _add_tiles(self, new_tiles: dict[tuple[int, int], NDArray[np.floating]]) -> None:
-        """Add tiles; arrays that other threads read are not changed."""
-        row_of, heights = self._row_of.copy(), self._heights
-        by_entry = {(a - self._begin[0], b - self._begin[1]): tile for (a, b), tile in new_tiles.items()}
-        new = {entry: tile for entry, tile in by_entry.items() if row_of[entry] < 0}
-        if not new:
-            return
-        if self._used + len(new) > len(heights):  # one call reads more tiles than fit
-            heights = np.empty((2 * (self._used + len(new)), NODES, NODES), np.float32)
-            heights[: self._used] = self._heights[: self._used]
-        for entry, tile in new.items():
-            heights[self._used], row_of[entry] = tile, self._used
-            self._used += 1
-        self._row_of, self._heights = row_of, heights
-
-
-def _find(half: tuple[TileNumber, NDArray[np.int32], Singles], along: int, across: int) -> NDArray[np.floating] | None:
-    """One tile of a half of the cache (first tile number, row of each tile, heights); None if it is not cached."""
-    begin, row_of, heights = half
-    i, j = along - begin[0], across - begin[1]
-    if not (0 <= i < row_of.shape[0] and 0 <= j < row_of.shape[1]) or row_of[i, j] < 0:
-        return None
-    return heights[row_of[i, j]]
+    def _halves(self) -> tuple[_Half, _Half]:
+        """Current and previous half, with unused rows in the current one."""
+        full, retired = self._current, self._previous
+        if full.used < full.capacity:
+            return full, retired
+        is_crowded = full.copied > COPIED * full.capacity or 2 * full.made_again > full.made
+        capacity = min(full.capacity * 2 if is_crowded else full.capacity, self._most)
+        if retired is not full:
+            for number in (np.array(retired.begin) + np.argwhere(retired.row_of >= 0)).tolist():
+                self._deleted[tuple(number)] = None
+            self._deleted = dict.fromkeys(list(self._deleted)[-4 * self._most :])
+        if retired is full or retired.readers or retired.capacity < capacity:
+            retired = _Half(capacity)
+        retired.clear()
+        self._current, self._previous = retired, full
+        return retired, full
