@@ -9,7 +9,9 @@ from insonify.engines._relief_specular_points_kernel import (
     PathEnds,
     TerrainSpline,
     bottom_paths,
+    changes_sign,
     gradients_at_nodes,
+    keep_distinct,
 )
 from insonify.propagation.surface_water import surface_water
 from insonify.scene.scene import Scene
@@ -38,3 +40,30 @@ def test_gradients_at_nodes_are_those_of_the_paths(water, stop):
     bottom_paths(places, terrain, ends, paths)
     assert np.abs(paths[:, 1:3]).max() > 0.1
     np.testing.assert_allclose(gradient.reshape(2, -1).T, paths[:, 1:3], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("reach", [1, 2, 9])
+def test_signs_change_where_both_ranges_pass_zero(reach):
+    """Random gradients, some unknown: the ranges of each component over the nodes around, by plain loops."""
+    rng = np.random.default_rng(reach)
+    gradient = rng.normal(1.5, 1, (2, 14, 11)) * np.linspace(0, 3, 11)
+    gradient[:, rng.random((14, 11)) < 0.1] = np.nan
+    gradient[:, :4, :4] = np.nan
+    found, expected = np.empty((14, 11), bool), np.empty((14, 11), bool)
+    changes_sign(gradient, reach, found)
+    for i, j in np.ndindex(expected.shape):
+        around = gradient[:, max(i - reach, 0) : i + reach + 1, max(j - reach, 0) : j + reach + 1].reshape(2, -1)
+        known = np.isfinite(around)
+        low = np.where(known, around, np.inf).min(axis=1)
+        high = np.where(known, around, -np.inf).max(axis=1)
+        expected[i, j] = bool(np.all((1.25 * low <= 0.25 * high) & (0.25 * low <= 1.25 * high)))
+    np.testing.assert_array_equal(found, expected)
+    assert reach == 9 or 0.05 < found.mean() < 0.95
+
+
+def test_points_that_repeat_an_earlier_one_or_have_not_converged_are_left_out():
+    """The first of each, in their order; none of none."""
+    positions = np.array([[0.0, 0.0], [1.0, 1.0], [0.01, 0.0], [5.0, 5.0], [1.0, 1.2], [1.0, 1.04]])
+    count = keep_distinct(positions, np.array([True, True, True, False, True, True]), 0.05)
+    np.testing.assert_array_equal(positions[:count], [[0.0, 0.0], [1.0, 1.0], [1.0, 1.2]])
+    assert keep_distinct(np.empty((0, 2)), np.empty(0, bool), 0.05) == 0

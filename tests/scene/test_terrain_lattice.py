@@ -47,8 +47,8 @@ def test_depth_is_that_of_the_terrain_at_each_node_across_tiles() -> None:
     wavelength = terrain.lattice.resolved_wavelength(0.7)
     north, east = _nodes(wavelength)
     for _ in range(2):
-        window = terrain.lattice.window(wavelength, FIRST, SHAPE)
-        np.testing.assert_array_equal(window.depth, terrain.depth_at(north[:, None], east[None, :]))
+        depth = terrain.lattice.depth(wavelength, FIRST, SHAPE)
+        np.testing.assert_array_equal(depth, terrain.depth_at(north[:, None], east[None, :]))
 
 
 def test_filters_of_tiles_are_those_of_one_large_square() -> None:
@@ -57,19 +57,19 @@ def test_filters_of_tiles_are_those_of_one_large_square() -> None:
     wavelength = terrain.lattice.resolved_wavelength(0.7)
     north, east = _nodes(wavelength, margin)
     inner = (slice(margin, -margin),) * 2
-    smooth = terrain_lattice._long_waves(terrain.depth_at(north[:, None], east[None, :]), NODES_PER_WAVE)
-    window = terrain.lattice.window(wavelength, FIRST, SHAPE)
-    assert np.abs(window.long_waves - smooth[inner]).max() < 1e-9
-    assert np.abs(window.coefficients - spline_filter(smooth, mode="mirror")[inner]).max() < 1e-9
-    assert np.abs(window.long_waves - window.depth).max() > 1e-4
+    smooth = terrain_lattice._without_short_waves(terrain.depth_at(north[:, None], east[None, :]), NODES_PER_WAVE)
+    found = terrain.lattice.long_waves(wavelength, FIRST, SHAPE)
+    assert np.abs(found.depth - smooth[inner]).max() < 1e-9
+    assert np.abs(found.coefficients - spline_filter(smooth, mode="mirror")[inner]).max() < 1e-9
+    assert np.abs(found.depth - terrain.lattice.depth(wavelength, FIRST, SHAPE)).max() > 1e-4
 
 
 def test_a_lattice_that_resolves_all_waves_keeps_all() -> None:
     """Its long waves are its depths, to the bit."""
     terrain = _terrain()
     assert terrain.lattice.resolved_wavelength(0.3) == CUTOFF
-    window = terrain.lattice.window(CUTOFF, FIRST, SHAPE)
-    np.testing.assert_array_equal(window.long_waves, window.depth)
+    nodes = CUTOFF, FIRST, SHAPE
+    np.testing.assert_array_equal(terrain.lattice.long_waves(*nodes).depth, terrain.lattice.depth(*nodes))
 
 
 def test_wavelengths_are_few_and_near_those_needed() -> None:
@@ -84,10 +84,11 @@ def test_wavelengths_are_few_and_near_those_needed() -> None:
 def test_unknown_terrain_spoils_no_tile_next_to_it() -> None:
     """Nodes a few steps inside the known part have the slope's own filters."""
     lattice = TerrainLattice(20.0, _Halfplane(), 0.5)
-    window = lattice.window(1.0, (24, 0), (40, 40))  # from 3 m on: its tile begins in the unknown part
-    assert np.all(np.isfinite(window.depth)) and np.all(np.isfinite(window.coefficients))
-    assert np.abs(window.long_waves - window.depth)[20:].max() < 0.01
-    assert np.isnan(lattice.window(1.0, (0, 0), (40, 40)).depth[:24]).all()
+    nodes = 1.0, (24, 0), (40, 40)  # from 3 m on: their tile begins in the unknown part
+    depth, smooth = lattice.depth(*nodes), lattice.long_waves(*nodes)
+    assert np.all(np.isfinite(depth)) and np.all(np.isfinite(smooth.coefficients))
+    assert np.abs(smooth.depth - depth)[20:].max() < 0.01
+    assert np.isnan(lattice.depth(1.0, (0, 0), (40, 40))[:24]).all()
     assert np.isnan(lattice.rms_slope(np.array([-50.0, 0.0]), 8.0))
 
 
@@ -103,7 +104,9 @@ def test_order_of_reading_changes_no_bit() -> None:
     """Windows are the same after others that share some of their tiles."""
     one, other = _terrain().lattice, _terrain().lattice
     wavelength = one.resolved_wavelength(0.7)
-    other.window(wavelength, (500, 500), (10, 10))
-    other.window(wavelength, (0, 0), (64, 64))
-    for first, second in zip(one.window(wavelength, FIRST, SHAPE), other.window(wavelength, FIRST, SHAPE), strict=True):
+    other.long_waves(wavelength, (500, 500), (10, 10))
+    other.depth(wavelength, (0, 0), (64, 64))
+    for first, second in zip(
+        one.long_waves(wavelength, FIRST, SHAPE), other.long_waves(wavelength, FIRST, SHAPE), strict=True
+    ):
         np.testing.assert_array_equal(first, second)

@@ -317,3 +317,22 @@ def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds, co
             _path(north, east, terrain, ends, row)
             converged[n] = math.hypot(row[NORTH], row[EAST]) < 1e-7
         starts[n, 0], starts[n, 1] = north, east
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def keep_distinct(positions: Floats, converged: NDArray[np.bool_], min_separation: float) -> int:
+    """Move the positions that have converged to the front, without those that repeat an earlier one; their number.
+
+    Args:
+        positions: North, east [m], replaced, (n, 2).
+        converged: True for those that are kept, (n,).
+        min_separation: Distance below which two are the same [m].
+    """
+    count = 0
+    for n in range(positions.shape[0]):
+        is_new = converged[n]
+        for k in range(count):
+            is_new &= math.hypot(positions[n, 0] - positions[k, 0], positions[n, 1] - positions[k, 1]) > min_separation
+        if is_new:
+            positions[count, 0], positions[count, 1], count = positions[n, 0], positions[n, 1], count + 1
+    return count

@@ -31,6 +31,7 @@ from insonify.engines._relief_specular_points_kernel import (
     bottom_paths,
     changes_sign,
     gradients_at_nodes,
+    keep_distinct,
     stationary_points,
 )
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
@@ -75,7 +76,7 @@ class SpecularPoints(NamedTuple):
     scale: float
     """Length of the waves of the seabed below which they are left to the coherent loss [m]."""
     residual_variance: float
-    """Mean square of the ground that the search leaves out [m^2]."""
+    """Mean square of the ground that the search leaves out [m^2]; 0 of waves, whose spectrum is known."""
 
 
 def with_specular_points(
@@ -220,13 +221,16 @@ def specular_points(
     keeps_all, step = wave <= shortest, wave / NODES_PER_WAVE
     first = np.floor((middle - half) / step).astype(int) - MARGIN
     size = np.ceil((middle + half) / step).astype(int) + MARGIN + 1 - first
-    depth, smooth, coefficients = lattice.window(wave, tuple(first.tolist()), tuple(size.tolist()))
-    if not np.all(np.isfinite(depth)):
-        return None
-    residual = 0.0 if keeps_all else float(np.var((depth - smooth)[MARGIN:-MARGIN, MARGIN:-MARGIN]))
-    spline = TerrainSpline(coefficients, float(first[0] * step), float(first[1] * step), float(step))
+    nodes = wave, tuple(first.tolist()), tuple(size.tolist())
+    smooth, residual = lattice.long_waves(*nodes), 0.0
+    if not terrain.relief.is_waves:  # which are known everywhere, and whose roughness follows from their spectrum
+        depth = lattice.depth(*nodes)
+        if not np.all(np.isfinite(depth)):
+            return None
+        residual = 0.0 if keeps_all else float(np.var((depth - smooth.depth)[MARGIN:-MARGIN, MARGIN:-MARGIN]))
+    spline = TerrainSpline(smooth.coefficients, float(first[0] * step), float(first[1] * step), float(step))
     ends = PathEnds(begin, stop, water)
-    positions = _stationary(_starts(smooth, spline, ends), spline, ends)
+    positions = _stationary(_starts(smooth.depth, spline, ends), spline, ends)
     if not len(positions):
         return None
     points = _at(spline, positions, ends, wavelength, wave, residual)
@@ -269,20 +273,7 @@ def _stationary(starts: Floats, terrain: TerrainSpline, ends: PathEnds) -> Float
     """Stationary points of the path length, each once, from starts a step apart, shape (n, 2)."""
     positions, converged = starts.copy(), np.empty(len(starts), bool)
     stationary_points(positions, terrain, ends, converged)
-    positions = positions[converged]
-    if not len(positions):
-        return positions
-    _, first = np.unique(np.round(positions / (terrain.step / 10)).astype(np.int64), axis=0, return_index=True)
-    return _separated(positions[np.sort(first)], terrain.step / 20)
-
-
-def _separated(positions: Floats, min_separation: float) -> Floats:
-    """Positions without those that repeat an earlier one, shape (n, 2)."""
-    distinct: list[Floats] = []
-    for position in positions:
-        if all(np.hypot(*(position - earlier)) > min_separation for earlier in distinct):
-            distinct.append(position)
-    return np.array(distinct).reshape(-1, 2)
+    return positions[: keep_distinct(positions, converged, terrain.step / 20)]
 
 
 def _at(

@@ -27,22 +27,20 @@ STEPS_PER_OCTAVE = 16
 SQUARES_PER_SIDE = 4
 """Positions along the side of a square, at which rms slopes are evaluated [1]."""
 HALF_RESPONSE = 0.249
-"""Standard deviation of the Gaussian of `_long_waves` whose half of a wave of length 1 stays [1]."""
+"""Standard deviation of the Gaussian of `_without_short_waves` whose half of a wave of length 1 stays [1]."""
 FILTER_MARGIN = 32
 """Nodes around a tile, beyond which nothing changes its low-pass and spline coefficients by more than rounding [1]."""
 SLOPE_SAMPLES = 33
 """Samples of the slope along the side of a square [1]."""
 
 
-class LatticeWindow(NamedTuple):
-    """Part of a lattice."""
+class LongWaves(NamedTuple):
+    """Part of a lattice, without the waves that it does not resolve."""
 
     depth: Floats
-    """Depth of the terrain at the nodes [m], NaN where it is unknown, shape (a, b)."""
-    long_waves: Floats
-    """Depth without the waves that the lattice does not resolve [m], shape (a, b)."""
+    """Depth at the nodes [m], shape (a, b)."""
     coefficients: Floats
-    """Coefficients of the cubic spline through `long_waves` [m], shape (a, b)."""
+    """Coefficients of the cubic spline through it [m], shape (a, b)."""
 
 
 class TerrainLattice:
@@ -69,16 +67,19 @@ class TerrainLattice:
         octaves = round(STEPS_PER_OCTAVE * math.log2(max(needed / self._shortest, 1.0))) / STEPS_PER_OCTAVE
         return float(self._shortest * 2.0**octaves)
 
-    def window(self, wavelength: float, first: tuple[int, int], shape: tuple[int, int]) -> LatticeWindow:
-        """Nodes of the lattice that resolves waves from a given length on.
+    def depth(self, wavelength: float, first: tuple[int, int], shape: tuple[int, int]) -> Floats:
+        """Depth of the terrain at nodes of the lattice for waves from a given length on [m], NaN where it is unknown.
 
         Args:
             wavelength: Shortest wavelength, from `resolved_wavelength` [m]; the step is that over `NODES_PER_WAVE`.
             first: Numbers of the first node to the north and the east [steps].
             shape: Number of nodes along both axes.
         """
-        depth = self._assembled(partial(self._raw_tile, wavelength), first, shape)[0]
-        return LatticeWindow(depth, *self._assembled(partial(self._filtered_tile, wavelength), first, shape))
+        return self._assembled(partial(self._raw_tile, wavelength), first, shape)[0]
+
+    def long_waves(self, wavelength: float, first: tuple[int, int], shape: tuple[int, int]) -> LongWaves:
+        """The same nodes without waves that the lattice does not resolve; known everywhere."""
+        return LongWaves(*self._assembled(partial(self._filtered_tile, wavelength), first, shape))
 
     def rms_slope(self, middle: Floats, reach: float) -> float:
         """Rms slope of the resolved terrain about a position, of one direction [1]; NaN where the terrain is unknown.
@@ -129,11 +130,11 @@ class TerrainLattice:
         def evaluated() -> tuple[Floats, Floats]:
             size = TILE_NODES + 2 * FILTER_MARGIN
             first = row * TILE_NODES - FILTER_MARGIN, column * TILE_NODES - FILTER_MARGIN
-            depth = self._assembled(partial(self._raw_tile, wavelength), first, (size, size))[0]
+            depth = self.depth(wavelength, first, (size, size))
             unknown = ~np.isfinite(depth)
             if unknown.any():
                 depth[unknown] = self._depth if unknown.all() else depth[~unknown].mean()
-            smooth = depth if wavelength <= self._shortest else _long_waves(depth, NODES_PER_WAVE)
+            smooth = depth if wavelength <= self._shortest else _without_short_waves(depth, NODES_PER_WAVE)
             inner = (slice(FILTER_MARGIN, -FILTER_MARGIN),) * 2
             return smooth[inner].copy(), spline_filter(smooth, mode="mirror")[inner].copy()
 
@@ -150,7 +151,7 @@ def _overlaps(first: int, count: int) -> list[tuple[int, slice, slice]]:
     return found
 
 
-def _long_waves(depth: Floats, wave: float) -> Floats:
+def _without_short_waves(depth: Floats, wave: float) -> Floats:
     """Ground without its waves shorter than `wave` nodes, of which half stays: 1 - (1 - g)^2, with g a Gaussian.
 
     A wave six times as long loses 0.1 % of its height; a Gaussian with the same half alone takes 1.9 %.
