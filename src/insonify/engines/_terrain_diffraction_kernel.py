@@ -236,7 +236,7 @@ def diffract_rising_rays(
         )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def strongest_crest_factor(
     horizon: LaunchHorizon, s: int, last: int, blocking_sample: int, ray: CrestRay, step: float, wavelength: float,
     table: Complexes,
