@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines._prefetch import prefetch
 from insonify.jit import njit
 from insonify.scene.heightmap_cache import CELLS, NODES, SHIFT, HeightmapTiles
 
@@ -57,6 +58,8 @@ def sample_profiles(
 ) -> bool:  # fmt: skip
     """Depths of the seabed along lines, linear between the nodes of the map.
 
+    The map is larger than the processor's caches: nodes of the next line are prefetched while one is evaluated.
+
     Args:
         lines: The lines, s of them.
         plane: Depth of the plane from which heights are counted [m].
@@ -69,37 +72,43 @@ def sample_profiles(
         Whether all is done.
     """
     all_complete, plane_depth, run, firsts, direction = True, np.float32(plane), 0, lines.firsts, lines.direction
-    node_offset, cell_fraction = np.empty(SAMPLES_PER_RUN, np.uint32), np.empty((2, SAMPLES_PER_RUN + 1), np.float32)
+    node_offset, cell_fraction = np.empty((2, SAMPLES_PER_RUN), np.uint32), np.empty((4, SAMPLES_PER_RUN), np.float32)
     for zone in range(firsts.size - 1):
         for begin in range(firsts[zone], firsts[zone + 1], SAMPLES_PER_RUN):
             if not done[run]:
                 run_complete, end = True, min(begin + SAMPLES_PER_RUN, firsts[zone + 1])
-                for s in range(depth.shape[0]):
-                    run_complete &= _sample_line(
-                        lines, direction[s, zone], begin, plane_depth, heightmap, missing, (node_offset, cell_fraction),
-                        depth[s, begin:end],
-                    )  # fmt: skip
+                for s in range(depth.shape[0] + 1):
+                    own, last = s & 1, (s - 1) & 1
+                    if s < depth.shape[0]:
+                        run_complete &= _locate_samples(
+                            lines, direction[s, zone], begin, end, heightmap, missing, node_offset[own],
+                            cell_fraction[2 * own], cell_fraction[2 * own + 1],
+                        )  # fmt: skip
+                    if s > 0:
+                        _interpolate_depths(
+                            heightmap.heights, plane_depth, node_offset[last], cell_fraction[2 * last],
+                            cell_fraction[2 * last + 1], depth[s - 1, begin:end],
+                        )  # fmt: skip
                 done[run] = run_complete
                 all_complete &= run_complete
             run += 1
     return all_complete
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _sample_line(
-    lines: ProfileLines, line_direction: Floats, first: int, plane_depth: np.float32, heightmap: HeightmapTiles,
-    missing: NDArray[np.bool_], cells: tuple[NDArray[np.uint32], Floats], depth: Floats,
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _locate_samples(
+    lines: ProfileLines, line_direction: Floats, first: int, stop: int, heightmap: HeightmapTiles,
+    missing: NDArray[np.bool_], node_offset: NDArray[np.uint32], north_fraction: Floats, east_fraction: Floats,
 ) -> bool:  # fmt: skip
-    """Depths along a run of one line from sample `first` on; returns True if no tile of the map is missing.
+    """Cells of a run of one line, from sample `first` to before `stop`; returns True if no tile of the map is missing.
 
-    Cells, shape (SAMPLES_PER_RUN,), and positions in them, shape (2, SAMPLES_PER_RUN + 1), are computed first, in
-    vectors, into the work arrays `cells`. Other arguments see `sample_profiles`.
+    Results are the southwestern node of each cell and the position in the cell, shape (SAMPLES_PER_RUN,). Samples on
+    missing tiles are put on the first one. Other arguments see `sample_profiles`.
     """
     x0, y0 = lines.start[0] / heightmap.cell, lines.start[1] / heightmap.cell
     dx, dy = line_direction[0] * lines.step / heightmap.cell, line_direction[1] * lines.step / heightmap.cell
-    node_offset, cell_fraction = cells
-    heights, slot_of_tile, height, width = heightmap.heights, heightmap.row_of, missing.shape[0], missing.shape[1]
-    is_complete, k, stop = True, first, first + depth.size
+    slot_of_tile, height, width = heightmap.row_of, missing.shape[0], missing.shape[1]
+    is_complete, k = True, first
     while k < stop:
         i, j = math.floor(x0 + (k + 1) * dx) >> SHIFT, math.floor(y0 + (k + 1) * dy) >> SHIFT
         row, column, slot = i - heightmap.corner_a, j - heightmap.corner_b, -1
@@ -108,31 +117,36 @@ def _sample_line(
         else:
             row, column = 0, 0
         if slot < 0:
-            missing[row, column], is_complete = True, False
-            k += 1
-            continue
-        tile, north, east = (
-            heights[slot * NODES * NODES : (slot + 1) * NODES * NODES], float(i << SHIFT), float(j << SHIFT),
+            missing[row, column], is_complete, slot = True, False, 0
+        south, west, tile = float(i << SHIFT), float(j << SHIFT), np.uint32(slot * NODES * NODES)
+        end = min(k + _samples_on_tile(x0 - south, dx, k), k + _samples_on_tile(y0 - west, dy, k), stop)
+        node, f, g = (
+            node_offset[k - first : end - first], north_fraction[k - first : end - first],
+            east_fraction[k - first : end - first],
         )  # fmt: skip
-        run = min(_samples_on_tile(x0 - north, dx, k), _samples_on_tile(y0 - east, dy, k), stop - k)
-        for m in range(run):
-            x, y = x0 + (k + m + 1) * dx - north, y0 + (k + m + 1) * dy - east
+        for m in range(np.uint64(end - k)):
+            x, y = x0 + (k + m + 1) * dx - south, y0 + (k + m + 1) * dy - west
             a, b = np.int32(x), np.int32(y)
-            node_offset[m], cell_fraction[0, m], cell_fraction[1, m] = (
-                a * NODES + b, np.float32(x - a), np.float32(y - b),
-            )  # fmt: skip
-        depth_of_run, prefetched = depth[k - first : k - first + run], np.float32(0)
-        for m in range(0, run, 2):  # prefetch: all nodes are read once before the first is used
-            prefetched += tile[node_offset[m]] + tile[node_offset[m] + NORTH_NEIGHBOUR]
-        cell_fraction[0, SAMPLES_PER_RUN] = prefetched
-        for m in range(run):
-            node, f, g = node_offset[m], cell_fraction[0, m], cell_fraction[1, m]  # unsigned: no index from the end
-            south = tile[node] + g * (tile[node + EAST_NEIGHBOUR] - tile[node])
-            north_node = node + NORTH_NEIGHBOUR
-            north_height = tile[north_node] + g * (tile[north_node + EAST_NEIGHBOUR] - tile[north_node])
-            depth_of_run[m] = plane_depth - (south + f * (north_height - south))
-        k += run
+            node[m], f[m], g[m] = tile + np.uint32(a * NODES + b), np.float32(x - a), np.float32(y - b)
+        k = end
+    for m in range(0, stop - first, 2):
+        prefetch(heightmap.heights, np.uint64(node_offset[m]))
+        prefetch(heightmap.heights, np.uint64(node_offset[m] + NORTH_NEIGHBOUR))
     return is_complete
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _interpolate_depths(
+    heights: Floats, plane_depth: np.float32, node_offset: NDArray[np.uint32], north_fraction: Floats,
+    east_fraction: Floats, depth: Floats,
+) -> None:  # fmt: skip
+    """Depths of the samples of a run from the results of `_locate_samples`, into `depth` [m], (samples of the run,)."""
+    for m in range(np.uint64(depth.size)):
+        node, f, g = node_offset[m], north_fraction[m], east_fraction[m]  # unsigned: no index from the end
+        south = heights[node] + g * (heights[node + EAST_NEIGHBOUR] - heights[node])
+        north_node = node + NORTH_NEIGHBOUR
+        north = heights[north_node] + g * (heights[north_node + EAST_NEIGHBOUR] - heights[north_node])
+        depth[m] = plane_depth - (south + f * (north - south))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -193,31 +193,39 @@ class AzimuthProfiles:
         with self._lock:
             slices = slices[self._batch[slices] < 0]  # another thread may have sampled them
             zone_starts = np.searchsorted(slices, self.starts).tolist()
-            for zone, (start, stop) in enumerate(pairwise(zone_starts)):
-                for first in range(start, stop, PROFILES_PER_BATCH):
-                    batch = slices[first : min(first + PROFILES_PER_BATCH, stop)]
-                    self._batches.append(self._sample(zone, batch))
-                    self._row[batch] = np.arange(len(batch))
-                    self._batch[batch] = len(self._batches) - 1
+            batches = [
+                (slices[first : min(first + PROFILES_PER_BATCH, stop)], zone)
+                for zone, (start, stop) in enumerate(pairwise(zone_starts))
+                for first in range(start, stop, PROFILES_PER_BATCH)
+            ]
+            for (batch, _), profiles in zip(batches, self._sampled(batches), strict=True):
+                self._batches.append(profiles)
+                self._row[batch] = np.arange(len(batch))
+                self._batch[batch] = len(self._batches) - 1
 
-    def _sample(self, zone: int, slices: Integers) -> TerrainProfiles:
-        """Lines of some slices of one zone; nearer samples are those of the wider slices of nearer zones."""
-        firsts = self._firsts[: zone + 2]
-        bearing, direction = np.empty((len(slices), zone + 1)), np.empty((len(slices), zone + 1, 2))
-        kernel.profile_bearings(slices, zone, self.counts, self.starts, self.merged, bearing, direction)
-        depth = np.empty((len(slices), int(firsts[-1])), np.float32)
-        done = np.zeros(int((-(-np.diff(firsts) // kernel.SAMPLES_PER_RUN)).sum()), bool)
-
-        lines = kernel.ProfileLines(self._sonar, direction, self.step, firsts)
+    def _sampled(self, batches: list[tuple[Integers, int]]) -> list[TerrainProfiles]:
+        """Profiles of some slices, each of one zone; nearer samples are those of the wider slices of nearer zones."""
+        profiles, sampled, ends = [], [], [self._sonar[None]]
+        for slices, zone in batches:
+            firsts = self._firsts[: zone + 2]
+            bearing, direction = np.empty((len(slices), zone + 1)), np.empty((len(slices), zone + 1, 2))
+            kernel.profile_bearings(slices, zone, self.counts, self.starts, self.merged, bearing, direction)
+            depth = np.empty((len(slices), int(firsts[-1])), np.float32)
+            done = np.zeros(int((-(-np.diff(firsts) // kernel.SAMPLES_PER_RUN)).sum()), bool)
+            ends.append(self._sonar + direction[:, -1] * (self.step * depth.shape[1]))
+            sampled.append((kernel.ProfileLines(self._sonar, direction, self.step, firsts), done, depth))
+            distance = self._distance[: depth.shape[1]]
+            profiles.append(TerrainProfiles(depth, bearing[:, -1], distance, self._launches, self._wavelength))
 
         def sample(heightmap: HeightmapTiles, missing: NDArray[np.bool_]) -> bool:
-            return kernel.sample_profiles(lines, self._terrain.depth, heightmap, missing, done, depth)
+            plane = self._terrain.depth
+            complete = [
+                kernel.sample_profiles(lines, plane, heightmap, missing, done, depth) for lines, done, depth in sampled
+            ]
+            return all(complete)
 
-        ends = np.concatenate([self._sonar + direction[:, -1] * (self.step * depth.shape[1]), self._sonar[None]])
-        self._terrain.read_heightmap(ends, sample)
-        return TerrainProfiles(
-            depth, bearing[:, -1], self._distance[: depth.shape[1]], self._launches, self._wavelength
-        )
+        self._terrain.read_heightmap(np.concatenate(ends), sample)
+        return profiles
 
 
 def azimuth_zones(across: float, farthest: float, min_profile_width: float) -> tuple[Floats, Integers]:

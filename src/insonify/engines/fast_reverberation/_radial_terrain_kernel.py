@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import radial_columns as column
-from insonify.engines.fast_reverberation._prefetch import prefetch
+from insonify.engines._prefetch import prefetch
 from insonify.engines.radial_tables import MapTiles, RadialFrame
 from insonify.jit import njit
 

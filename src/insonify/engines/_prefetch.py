@@ -9,10 +9,6 @@ types = deferred("numba.core.types")
 cgutils = deferred("numba.core.cgutils")
 
 
-_BYTES, _FLAG = ir.IntType(8).as_pointer(), ir.IntType(32)
-_READ, _SOON, _DATA = (ir.Constant(_FLAG, n) for n in (0, 3, 1))
-
-
 @intrinsic
 def prefetch(typing_context: Any, array: Any, at: Any) -> Any:
     """Start loading one element of a contiguous array into the processor's cache.
@@ -24,11 +20,13 @@ def prefetch(typing_context: Any, array: Any, at: Any) -> Any:
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        address, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
+        read, soon, of_data = (ir.Constant(flag, n) for n in (0, 3, 1))
         data = cgutils.create_struct_proxy(signature.args[0])(context, builder, value=arguments[0]).data
-        position = builder.bitcast(builder.gep(data, [arguments[1]]), _BYTES)
-        kind = ir.FunctionType(ir.VoidType(), [_BYTES, _FLAG, _FLAG, _FLAG])
-        call = builder.module.declare_intrinsic("llvm.prefetch", [_BYTES], kind)
-        builder.call(call, [position, _READ, _SOON, _DATA])
+        position = builder.bitcast(builder.gep(data, [arguments[1]]), address)
+        kind = ir.FunctionType(ir.VoidType(), [address, flag, flag, flag])
+        call = builder.module.declare_intrinsic("llvm.prefetch", [address], kind)
+        builder.call(call, [position, read, soon, of_data])
         return context.get_dummy_value()
 
     return types.void(array, types.uint64), generate
