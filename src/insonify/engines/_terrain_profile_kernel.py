@@ -17,6 +17,8 @@ Rows = NDArray[np.int32]
 EAST_NEIGHBOUR, NORTH_NEIGHBOUR = np.uint32(1), np.uint32(NODES)
 SAMPLES_PER_RUN = 64
 """Samples of one line that are taken before those of the next: neighbours read the same tile of the map."""
+POINTS_AT_ONCE = 128
+"""Points whose distances and bearings are computed before their slices."""
 MERGE_BLOCK_LOG2 = 3
 """Two to this power slices are merged in one decision."""
 
@@ -186,22 +188,27 @@ def profiles_of(
     """
     heading, edges, counts, starts, merged, batch = slices
     c, s, missing, zones = math.cos(heading), math.sin(heading), 0, edges.size
-    turn = np.empty(distance.size)
-    for n in range(distance.size):
-        north, east = position[n, 0] - sonar[0], position[n, 1] - sonar[1]
-        distance[n] = math.sqrt(north * north + east * east)
-        turn[n] = bearing_in_turns(north * c + east * s, east * c - north * s)
-    for n in range(distance.size):
-        zone = 0
-        while zone < zones - 1 and distance[n] > edges[zone]:
-            zone += 1
-        index = starts[zone] + min(int(turn[n] * counts[zone]), counts[zone] - 1)
-        power = merged[index >> MERGE_BLOCK_LOG2]
-        index = (index >> power) << power
-        slice_of[n] = index
-        if batch[index] < 0:
-            to_sample[index] = True
-            missing += 1
+    offset, turn = np.empty((2, POINTS_AT_ONCE)), np.empty(POINTS_AT_ONCE)
+    for begin in range(0, distance.size, POINTS_AT_ONCE):  # loops without branches first, in vectors
+        end = min(begin + POINTS_AT_ONCE, distance.size)
+        points, reach, slice_number = position[begin:end], distance[begin:end], slice_of[begin:end]
+        for n in range(np.uint64(end - begin)):
+            offset[0, n], offset[1, n] = points[n, 0] - sonar[0], points[n, 1] - sonar[1]
+        for n in range(np.uint64(end - begin)):
+            north, east = offset[0, n], offset[1, n]
+            reach[n] = math.sqrt(north * north + east * east)
+            turn[n] = bearing_in_turns(north * c + east * s, east * c - north * s)
+        for n in range(np.uint64(end - begin)):
+            zone = zones - 1
+            while zone > 0 and reach[n] <= edges[np.uint64(zone - 1)]:
+                zone -= 1
+            index = starts[np.uint64(zone)] + min(int(turn[n] * counts[np.uint64(zone)]), counts[np.uint64(zone)] - 1)
+            power = merged[np.uint64(index >> MERGE_BLOCK_LOG2)]
+            index = (index >> power) << power
+            slice_number[n] = index
+            if batch[np.uint64(index)] < 0:
+                to_sample[np.uint64(index)] = True
+                missing += 1
     return missing
 
 

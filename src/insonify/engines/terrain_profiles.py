@@ -9,9 +9,10 @@ slices are merged by fours, so that each holds as many as one in the main lobe.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from itertools import pairwise
 from threading import Lock
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,17 +121,14 @@ class AzimuthProfiles:
         self._terrain, self._launches, self._wavelength = terrain, launches, wavelength
         self._scatterer_grid, self.step = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size
         self._sonar = self._scatterer_grid.from_world(np.asarray(position, float)[:2])
-        self.edges, self.counts = azimuth_zones(
-            max(terrain.relief.shortest_wavelength / PROFILES_PER_WAVE, self.step), farthest, min_profile_width
-        )
-        self.starts = np.concatenate([[0], np.cumsum(self.counts)])
+        across = max(terrain.relief.shortest_wavelength / PROFILES_PER_WAVE, self.step)
+        zones = azimuth_zones(across, farthest, min_profile_width, self.step)
+        self.edges, self.counts, self.starts, self._firsts, self._runs, self._distance = zones
         self.merged = np.zeros(int(self.starts[-1]) // MERGE_GROUP, np.uint8)
         if gain_bound is not None:
             key = Identity(gain_bound), self._scatterer_grid.heading, self.edges.tobytes(), self.counts.tobytes()
             self.merged = _MERGED.get(key, lambda: self._low_gain_groups(gain_bound))
         self._batch, self._row = np.full((2, int(self.starts[-1])), -1, np.int32)
-        self._firsts = np.concatenate([[0], np.ceil(self.edges / self.step).astype(np.int64) + 1])
-        self._distance = ((np.arange(self._firsts[-1]) + 1) * self.step).astype(np.float32)
         self._batches: list[TerrainProfiles] = []
         self._lock = Lock()
 
@@ -211,7 +209,7 @@ class AzimuthProfiles:
             bearing, direction = np.empty((len(slices), zone + 1)), np.empty((len(slices), zone + 1, 2))
             kernel.profile_bearings(slices, zone, self.counts, self.starts, self.merged, bearing, direction)
             depth = np.empty((len(slices), int(firsts[-1])), np.float32)
-            done = np.zeros(int((-(-np.diff(firsts) // kernel.SAMPLES_PER_RUN)).sum()), bool)
+            done = np.zeros(self._runs[zone], bool)
             ends.append(self._sonar + direction[:, -1] * (self.step * depth.shape[1]))
             sampled.append((kernel.ProfileLines(self._sonar, direction, self.step, firsts), done, depth))
             distance = self._distance[: depth.shape[1]]
@@ -228,13 +226,32 @@ class AzimuthProfiles:
         return profiles
 
 
-def azimuth_zones(across: float, farthest: float, min_profile_width: float) -> tuple[Floats, Integers]:
-    """Outer edges of the zones [m], and the slices of azimuth in each; lines to points in a zone end at its outer edge.
+class AzimuthZones(NamedTuple):
+    """Zones of distance, z of them, each with its slices of azimuth; lines to points in a zone end at its outer edge."""
+
+    edges: Floats
+    """Outer edges [m], shape (z,)."""
+    counts: Integers
+    """Slices in each zone, shape (z,)."""
+    starts: Integers
+    """Number of the first slice of each zone; the last number is the end of all, shape (z + 1,)."""
+    firsts: Integers
+    """Number of the first sample of a line in each zone; the last number is the end of all, shape (z + 1,)."""
+    runs: tuple[int, ...]
+    """Runs of `SAMPLES_PER_RUN` samples up to the end of each zone."""
+    distance: Floats
+    """Distances of the samples [m]."""
+
+
+@lru_cache(maxsize=16)
+def azimuth_zones(across: float, farthest: float, min_profile_width: float, step: float) -> AzimuthZones:
+    """Zones about one end of the sonar.
 
     Args:
         across: Width below which slices are not divided [m].
         farthest: Distance that the last zone reaches to [m].
         min_profile_width: Least width of a slice [rad].
+        step: Distance of the samples along a line [m].
     """
     innermost = FIRST_ZONE * across / (2 * np.pi)
     zones = max(0, int(np.ceil(np.log2(max(farthest, innermost) / innermost))))
@@ -243,4 +260,9 @@ def azimuth_zones(across: float, farthest: float, min_profile_width: float) -> t
     widest = 2 ** max(0, int(np.ceil(np.log2(2 * np.pi / min_profile_width / FIRST_ZONE))))
     counts = FIRST_ZONE * np.minimum(2 ** np.arange(zones + 1), widest)
     is_last = np.append(counts[1:] != counts[:-1], True)  # consecutive zones with the same slices are one
-    return edges[is_last], counts[is_last]
+    edges, counts = edges[is_last], counts[is_last]
+    firsts = np.concatenate([[0], np.ceil(edges / step).astype(np.int64) + 1])
+    runs = np.cumsum(-(-np.diff(firsts) // kernel.SAMPLES_PER_RUN))
+    distance = ((np.arange(firsts[-1]) + 1) * step).astype(np.float32)
+    starts = np.concatenate([[0], np.cumsum(counts)])
+    return AzimuthZones(edges, counts, starts, firsts, tuple(runs.tolist()), distance)

@@ -39,7 +39,7 @@ def tiles_under_rings(
         profile_width: Least width of a slice of azimuth, which has one line [rad].
     """
     across = max(terrain.relief.shortest_wavelength / PROFILES_PER_WAVE, terrain.heightmap_cell_size)
-    edges, slices = azimuth_zones(across, farthest, profile_width)
+    edges, slices = azimuth_zones(across, farthest, profile_width, terrain.heightmap_cell_size)[:2]
     zone = np.minimum(np.searchsorted(edges, radius), len(edges) - 1)
     side, beyond, total = CELLS * terrain.heightmap_cell_size, 0.0, 0.0
     reached = np.zeros(in_beam.shape[1], bool)
