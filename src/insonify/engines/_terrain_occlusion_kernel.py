@@ -61,29 +61,30 @@ def rising_rays_clear(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mark_terrain_occlusion(clear: NDArray[np.bool_], status: NDArray[Any], occluder: NDArray[Any]) -> None:
-    """Mark the clear legs that the seabed cuts.
+def mark_terrain_occlusion(
+    clear: NDArray[np.bool_], unoccluded: NDArray[Any], soft: bool, status: NDArray[Any], occluder: NDArray[Any],
+    visibility: NDArray[Any],
+) -> None:  # fmt: skip
+    """Mark the clear legs that the seabed cuts; all columns are of shape (f, n).
 
     Args:
-        clear: False where the seabed cuts a leg, (f, n).
-        status: Changed from clear to occluded, (f, n).
-        occluder: Changed to the seabed where that happens, (f, n).
+        clear: False where the seabed cuts a leg.
+        unoccluded: Visibility without the seabed: that of legs that are neither clear nor occluded is kept.
+        soft: True if `visibility` is given as the factor of crests; False: it is set, to 0 where the seabed cuts a leg.
+        status: Changed from clear to occluded.
+        occluder: Changed to the seabed where that happens.
+        visibility: Result.
     """
     for f in range(clear.shape[0]):
         for n in range(clear.shape[1]):
-            if not clear[f, n] and status[f, n] == CLEAR:
+            absent = status[f, n] != CLEAR and (status[f, n] != OCCLUDED or not soft)
+            cut = not clear[f, n] and status[f, n] == CLEAR
+            if absent or not (soft or cut):
+                visibility[f, n] = unoccluded[f, n]
+            elif not soft:
+                visibility[f, n] = 0
+            if cut:
                 status[f, n], occluder[f, n] = OCCLUDED, TERRAIN
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def keep_visibility_of_absent_legs(
-    status: NDArray[Any], visibility: NDArray[Any], factor: NDArray[np.complex128]
-) -> None:
-    """Set `factor` to the visibility of legs that are neither clear nor occluded; all are of shape (f, n)."""
-    for f in range(factor.shape[0]):
-        for n in range(factor.shape[1]):
-            if status[f, n] != CLEAR and status[f, n] != OCCLUDED:
-                factor[f, n] = visibility[f, n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -17,7 +17,14 @@ from insonify.engines._relief_reflections_kernel import (
     set_path_nodes,
     write_bounced_legs,
 )
-from insonify.engines.terrain_occlusion import TerrainOcclusion, launch_slope, locate_points, occlude_by_terrain
+from insonify.engines.terrain_occlusion import (
+    LegOcclusion,
+    TerrainOcclusion,
+    launch_slope,
+    locate_points,
+    occlude_by_terrain,
+    write_terrain_occlusion,
+)
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.glints import leg_rows, update_grazing
 from insonify.propagation.image_path_kernel import ImagePaths
@@ -84,14 +91,20 @@ def _without_bottom_bounces(
 ) -> Legs:  # fmt: skip
     """The legs with their rows without bottom bounces as the seabed leaves them, the others as they are."""
     result = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
-    result.visibility[bounced] = legs.visibility[bounced]
+    for row in bounced:
+        result.visibility[row] = legs.visibility[row]
     unbounced = [row for row in range(len(legs.families)) if row not in bounced]
-    if unbounced:
-        leading = unbounced == list(range(len(unbounced)))
-        unbounced_legs = legs.first_rows(len(unbounced)) if leading else leg_rows(legs, unbounced)
-        occluded = occlude_by_terrain(unbounced_legs, scatterers, position, terrain_occlusion, soft=soft)
-        for name in ("status", "occluder", "visibility"):
-            getattr(result, name)[slice(len(unbounced)) if leading else unbounced] = getattr(occluded, name)
+    if not unbounced:
+        return result
+    if unbounced == list(range(len(unbounced))):
+        views = LegOcclusion(*(getattr(result, name)[: len(unbounced)] for name in LegOcclusion._fields))
+        write_terrain_occlusion(
+            legs.first_rows(len(unbounced)), views, scatterers, position, terrain_occlusion, soft=soft
+        )
+    else:
+        occluded = occlude_by_terrain(leg_rows(legs, unbounced), scatterers, position, terrain_occlusion, soft=soft)
+        for name in LegOcclusion._fields:
+            getattr(result, name)[unbounced] = getattr(occluded, name)
     return result
 
 

@@ -289,9 +289,8 @@ def locate_points(terrain_occlusion: TerrainOcclusion, sonar: Floats, position: 
 
 
 def occlude_by_terrain(
-    legs: Legs, scatterers: Scatterers, position: Floats, terrain_occlusion: TerrainOcclusion, *, soft: bool = False,
-    seen: ProfiledPoints | None = None,
-) -> Legs:  # fmt: skip
+    legs: Legs, scatterers: Scatterers, position: Floats, terrain_occlusion: TerrainOcclusion, *, soft: bool = False
+) -> Legs:
     """Legs over relief: occluded by the seabed, and reduced by its roughness at every bottom bounce.
 
     Args:
@@ -301,30 +300,52 @@ def occlude_by_terrain(
         terrain_occlusion: Occlusion by the seabed for that end.
         soft: True if sound is diffracted over crests. Visibility is complex then; on legs that targets cut it is the
             factor of the seabed alone, to which `knife_edge.diffract_at_edges` adds that of the targets.
-        seen: Result of `locate_points`, if it is known.
     """
-    distance, groups = locate_points(terrain_occlusion, position, scatterers.position) if seen is None else seen
-    status, occluder, boundary = legs.status.copy(), legs.occluder.copy(), legs.reflection_coefficient
+    boundary, sine = legs.reflection_coefficient, legs.departure[..., 2]
+    visibility = np.empty(legs.delay.shape, complex) if soft else legs.visibility.copy()
+    columns = LegOcclusion(legs.status.copy(), legs.occluder.copy(), visibility)
+    distance = write_terrain_occlusion(legs, columns, scatterers, position, terrain_occlusion, soft=soft)
     if any("B" in family for family in legs.families):
         boundary = boundary.copy()
-    sine = legs.departure[..., 2]
-    on_terrain = scatterers.boundary == "seabed"
-    factor = np.empty(legs.delay.shape, complex) if soft else None
-    unoccluded = terrain_occlusion.visible(
-        legs.families, distance, sine, scatterers.position[:, 2], groups, on_terrain=on_terrain,
-        diffraction_factor=factor,
-    )  # fmt: skip
-    visibility: NDArray[np.float64] | NDArray[np.complex128]
-    if factor is None:
-        visibility = np.where(unoccluded | (status != LegStatus.CLEAR), legs.visibility, 0.0)
-    else:
-        kernel.keep_visibility_of_absent_legs(status, legs.visibility, factor)
-        visibility = factor
-    kernel.mark_terrain_occlusion(unoccluded, status, occluder)
     for row, family in enumerate(legs.families):
         if "B" in family:
             boundary[row] *= _roughness_factor(terrain_occlusion, family, distance, launch_slope(family, sine[row]))
-    return replace(legs, status=status, occluder=occluder, visibility=visibility, reflection_coefficient=boundary)
+    return replace(legs, reflection_coefficient=boundary, **columns._asdict())
+
+
+class LegOcclusion(NamedTuple):
+    """Columns of legs that occlusion changes, shape (f, n)."""
+
+    status: NDArray[np.uint8]
+    """See `Legs`."""
+    occluder: NDArray[np.int16]
+    """See `Legs`."""
+    visibility: NDArray[np.float64] | NDArray[np.complex128]
+    """See `Legs`."""
+
+
+def write_terrain_occlusion(
+    legs: Legs, columns: LegOcclusion, scatterers: Scatterers, position: Floats, terrain_occlusion: TerrainOcclusion, *,
+    soft: bool,
+) -> Floats:  # fmt: skip
+    """Occlude legs by the seabed alone; returns the horizontal distance of their ends [m], shape (n,).
+
+    Args:
+        legs: See `occlude_by_terrain`.
+        columns: Changed: status and occluder of the legs. Result: their visibility.
+        scatterers: See `occlude_by_terrain`.
+        position: See `occlude_by_terrain`.
+        terrain_occlusion: See `occlude_by_terrain`.
+        soft: See `occlude_by_terrain`.
+    """
+    distance, groups = locate_points(terrain_occlusion, position, scatterers.position)
+    clear = terrain_occlusion.visible(
+        legs.families, distance, legs.departure[..., 2], scatterers.position[:, 2], groups,
+        on_terrain=scatterers.boundary == "seabed",
+        diffraction_factor=np.asarray(columns.visibility, complex) if soft else None,
+    )  # fmt: skip
+    kernel.mark_terrain_occlusion(clear, legs.visibility, soft, *columns)
+    return distance
 
 
 def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance: Floats, slope: Floats) -> Floats:

@@ -5,6 +5,7 @@ the sonar (Allen & Berkley 1979, J. Acoust. Soc. Am. 65, 943, for the idea; the 
 for the geometry), so delay, directions and spreading are exact.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -116,16 +117,14 @@ def _boundary(
     scene: Scene, bounce_sequences: list[str], sine: NDArray[np.float64], *, flat_bottom: bool
 ) -> NDArray[np.complex128]:
     """Product of the reflection coefficients of each family, shape of `sine`, the sine of the grazing angle."""
-    product = np.ones(sine.shape, complex)
+    product = np.empty(sine.shape, complex)
+    surface = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
     for row, string in enumerate(bounce_sequences):
-        for letter, boundary in (("S", scene.surface), ("B", scene.seabed)):
-            if letter in string and (flat_bottom or letter == "S"):
-                # the surface reflects equally at any angle
-                once = boundary.reflection_coefficient(
-                    sine[row] if letter == "S" else np.arcsin(np.minimum(np.abs(sine[row]), 1.0))
-                )
-                for _ in range(string.count(letter)):
-                    product[row] *= once
+        product[row] = math.prod([surface] * string.count("S"), start=1 + 0j)
+        if "B" in string and flat_bottom:
+            once = scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(sine[row]), 1.0)))
+            for _ in range(string.count("B")):
+                product[row] *= once
     return product
 
 
