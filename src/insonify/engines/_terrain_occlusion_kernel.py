@@ -77,12 +77,11 @@ def mark_terrain_occlusion(
     """
     for f in range(clear.shape[0]):
         for n in range(clear.shape[1]):
-            absent = status[f, n] != CLEAR and (status[f, n] != OCCLUDED or not soft)
-            cut = not clear[f, n] and status[f, n] == CLEAR
-            if absent or not (soft or cut):
+            cut = status[f, n] == CLEAR and not clear[f, n]
+            if not soft:
+                visibility[f, n] = 0 if cut else unoccluded[f, n]
+            elif status[f, n] != CLEAR and status[f, n] != OCCLUDED:
                 visibility[f, n] = unoccluded[f, n]
-            elif not soft:
-                visibility[f, n] = 0
             if cut:
                 status[f, n], occluder[f, n] = OCCLUDED, TERRAIN
 
