@@ -11,6 +11,7 @@ from insonify.engines._terrain_diffraction_kernel import (
     diffract_over_crests,
     launch_horizon,
     negligible_beyond,
+    occlude_terrain_points,
     surely_unobstructed,
 )
 from insonify.propagation.knife_edge import edge_diffraction_table
@@ -131,7 +132,10 @@ def test_a_ray_to_ground_is_one_of_that_launch() -> None:
     for ground in (True, False):
         lit, left = np.ones(700, bool), np.ones(700, complex)
         rays = LineRays(rows, points, steep, reach, lit, left)
-        diffract_over_crests(horizon, STEP, rays, reach, WAVE, edge_diffraction_table(), ground, True)
+        if ground:
+            occlude_terrain_points(horizon, STEP, rays, reach, WAVE, edge_diffraction_table(), True)
+        else:
+            diffract_over_crests(horizon, STEP, rays, reach, WAVE, edge_diffraction_table())
         expected.append((lit, left))
     hidden = steep > horizon.horizon[rows, sample]
     np.testing.assert_array_equal(expected[0][0], ~hidden)

@@ -4,17 +4,21 @@ import numpy as np
 import pytest
 
 from insonify.engines._terrain_diffraction_kernel import (
+    CANDIDATES,
     CREST,
     MAX_CRESTS,
     NEGLIGIBLE_CHANGE,
+    CrestCandidates,
     CrestRay,
     LaunchHorizon,
     LineRays,
+    add_candidates,
     diffract_over_crests,
     diffract_rising_rays,
     launch_horizon,
+    multiply_strongest,
     negligible_beyond,
-    strongest_crest_factor,
+    occlude_terrain_points,
     surely_unobstructed,
 )
 from insonify.propagation.knife_edge import edge_diffraction_table, knife_edge
@@ -137,6 +141,14 @@ def factor_of_strongest(computed, s, last, way, distance):
     return max(every, key=lambda left: abs(left - 1))
 
 
+def strongest_crest_factor(horizon, last, blocking, ray):
+    """Factor of the crest that changes one ray most."""
+    left, candidates = np.ones(1, complex), CrestCandidates(np.empty(8 * CANDIDATES), np.empty(CANDIDATES, np.int64))
+    count = add_candidates(horizon, last, blocking, ray, STEP, WAVELENGTH, candidates, 0)
+    multiply_strongest(candidates, count, WAVELENGTH, edge_diffraction_table(), left)
+    return left[0]
+
+
 def test_the_crest_that_takes_most_is_found_whatever_is_passed_over():
     """1000 rays over rough lines: what is left is that of the worst of the last crests, within what is called weak."""
     horizon = horizon_along(lines_of_ground(7, 40, 120))
@@ -146,8 +158,7 @@ def test_the_crest_that_takes_most_is_found_whatever_is_passed_over():
         if crest[s, k] < 0:
             continue
         way, distance = float(bound[s, k] * rng.uniform(0.9, 1.1)), (k + 1.5) * STEP
-        ray = CrestRay(1.0, way, ENDLESS, distance)
-        found = strongest_crest_factor(horizon, s, crest[s, k], -1, ray, STEP, WAVELENGTH, edge_diffraction_table())
+        found = strongest_crest_factor(horizon, crest[s, k], -1, CrestRay(s, 0, 1.0, way, ENDLESS, distance))
         assert abs(found - factor_of_strongest(computed, s, crest[s, k], way, distance)) < 2 * NEGLIGIBLE_CHANGE
         checked += 1
     assert checked > 500
@@ -159,8 +170,7 @@ def test_ground_that_still_rises_cuts_like_an_endless_screen():
     for way in (0.2, 0.299, 0.3, 0.301, 0.35):
         stretch, near, distance = np.hypot(1, way), 21 * STEP, 40.0
         horizon = LaunchHorizon(launch[None], launch[None], np.empty((1, 50), np.int32), np.empty((1, 1), CREST))
-        ray = CrestRay(1.0, way, ENDLESS, distance)
-        left = strongest_crest_factor(horizon, 0, -1, np.int32(20), ray, STEP, WAVELENGTH, edge_diffraction_table())
+        left = strongest_crest_factor(horizon, -1, np.int32(20), CrestRay(0, 0, 1.0, way, ENDLESS, distance))
         high, d1, d2 = (way - float(launch[20])) * near / stretch, near * stretch, (distance - near) * stretch
         longer = np.hypot(d1, high) - d1 + np.hypot(d2, high) - d2  # than the straight way
         number = np.copysign(2 * np.sqrt(longer / WAVELENGTH), high)
@@ -172,7 +182,10 @@ def crest_factor_over(way, reach, horizon, *, ground, soft=True):
     count = len(reach)
     lit, left = np.ones(count, bool), np.full(count, 1 + 0j)
     rays = LineRays(np.zeros(count, np.int64), np.arange(count), way, reach + 1.0, lit, left)
-    diffract_over_crests(horizon, STEP, rays, reach, WAVELENGTH, edge_diffraction_table(), ground, soft)
+    if ground:
+        occlude_terrain_points(horizon, STEP, rays, reach, WAVELENGTH, edge_diffraction_table(), soft)
+    else:
+        diffract_over_crests(horizon, STEP, rays, reach, WAVELENGTH, edge_diffraction_table())
     return lit, left
 
 
@@ -207,7 +220,7 @@ def test_points_do_not_depend_on_the_others_and_are_evaluated_once():
     def left_of(points):
         left = np.full(300, 2 - 1j)
         rays = LineRays(rows[points], points, way, reach + 1.0, np.empty(0, bool), left)
-        diffract_over_crests(horizon, STEP, rays, reach, WAVELENGTH, edge_diffraction_table(), False, True)
+        diffract_over_crests(horizon, STEP, rays, reach, WAVELENGTH, edge_diffraction_table())
         return left
 
     every, some = left_of(np.arange(300)), rng.permutation(300)[:120]
@@ -229,5 +242,5 @@ def test_a_ray_that_rises_out_of_ground_is_as_one_that_comes_down_on_it():
         falling = LineRays(points, points, -way, reach, np.empty(0, bool), left[1])
         table = edge_diffraction_table()
         diffract_rising_rays(up, STEP, rising, np.ones(1), np.array([79.0]), WAVELENGTH, table)
-        diffract_over_crests(down, STEP, falling, np.array([39.5]), WAVELENGTH, table, False, True)
+        diffract_over_crests(down, STEP, falling, np.array([39.5]), WAVELENGTH, table)
         assert left[0, 0] == pytest.approx(left[1, 0], abs=1e-6)

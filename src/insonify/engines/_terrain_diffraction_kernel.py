@@ -11,7 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation.knife_edge_kernel import ENDLESS, crest_diffraction_factor, crest_is_negligible
+from insonify.propagation.knife_edge_kernel import (
+    ENDLESS,
+    crest_is_negligible,
+    edge_fresnel_number,
+    trough_exponent,
+    weighted_crest_factor,
+)
 
 Floats = NDArray[np.floating[Any]]
 Complexes = NDArray[np.complex128]
@@ -27,6 +33,11 @@ CREST = np.dtype(
 """One crest: its sample; the launch slope of the ray that touches it; the greatest depth of the terrain behind it below
 that ray [m]; the distance from which on the crest does not matter, see `negligible_beyond` [m]."""
 
+CANDIDATES = 128
+"""Crests that are evaluated together."""
+_HEIGHT, _TROUGH, _BEHIND, _LENGTH, _NUMBER, _EXPONENT, _REAL, _IMAG = (np.uint64(k * CANDIDATES) for k in range(8))
+"""Columns of the candidates: height of each crest above its ray, depth of the hollow behind it, distance from it to the
+end of the leg, length of the leg [m]; its Fresnel number, exponent of its weight, and factor [1]."""
 NEGLIGIBLE_CHANGE = 1e-3
 """Largest change of the pressure by a crest that is neglected: 60 dB below what passes it [1]."""
 
@@ -64,6 +75,10 @@ class LineRays(NamedTuple):
 class CrestRay(NamedTuple):
     """One ray that passes crests."""
 
+    line: int
+    """Line that it follows."""
+    point: int
+    """Index of the point that it reaches."""
     sign: float
     """1 for rays that come down on the seabed, -1 for those that rise."""
     launch_slope: float
@@ -72,6 +87,15 @@ class CrestRay(NamedTuple):
     """Sample at which the ray ends; crests from it on do not matter."""
     distance: float
     """Horizontal length of the whole leg [m]."""
+
+
+class CrestCandidates(NamedTuple):
+    """Crests that may change rays, those of one ray together."""
+
+    columns: Floats
+    """See `_HEIGHT` and those after it, one column after the other, (8 * CANDIDATES,)."""
+    points: Integers
+    """Index of the point that each one's ray reaches, (CANDIDATES,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -164,44 +188,74 @@ def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def diffract_over_crests(
-    horizon: LaunchHorizon, step: float, rays: LineRays, reach: Floats, wavelength: float, table: Complexes,
-    on_terrain: bool, soft: bool,
-) -> None:  # fmt: skip
-    """Multiply `rays.diffraction_factor` by those of crests below the rays, and mark points that the seabed hides.
+def occlude_terrain_points(
+    horizon: LaunchHorizon, step: float, rays: LineRays, reach: Floats, wavelength: float, table: Complexes, soft: bool
+) -> None:
+    """Mark points of the seabed that it hides, and multiply `rays.diffraction_factor` by those of crests before them.
 
     Args:
         horizon: Launch horizon along the lines.
         step: Distance of samples [m].
-        rays: The rays; hidden points are marked where rays end on the seabed.
-        reach: Distance [m] up to which the seabed can cut, (all,).
+        rays: The rays, of whichever launch slope: they end on the seabed of the lines, to which the slope is linear
+            between samples.
+        reach: Distance [m] at which they do, (all,).
         wavelength: Acoustic wavelength [m].
         table: See `insonify.propagation.knife_edge_kernel.edge_diffraction`.
-        on_terrain: True if rays end on the seabed of the lines: between samples the slope to it is linear.
         soft: True if sound is diffracted over crests.
     """
-    terrain_slope, lowest, last_crest, crests = horizon
-    rows, points, launch_slope, distance, visible, factor = rays
-    last, per_step = terrain_slope.shape[1] - 2, 1 / step
+    terrain_slope, _, last_crest, crests = horizon
+    rows, points, _, distance, visible, factor = rays
+    last, per_step, count = terrain_slope.shape[1] - 2, 1 / step, 0
+    candidates = CrestCandidates(np.empty(8 * CANDIDATES), np.empty(CANDIDATES, np.int64))
     for m in range(points.size):
         n, s = points[m], rows[m]
         steps = min(reach[n] * per_step, last + 2.0)
         k = min(int(steps) - 1, last)
         if k < 0:
             continue
-        slope_before, crest, blocking_sample = terrain_slope[s, k], last_crest[s, k], -1
-        if on_terrain:
-            slope = float(slope_before + min(steps - (k + 1), 1.0) * (terrain_slope[s, k + 1] - slope_before))
-            # the launch horizon is the seabed itself, or the launch slope over the last crest
-            if slope > (slope_before if crest < 0 else min(slope_before, crests[s, crest].launch_slope)):
-                visible[n], crest = False, last_crest[s, k + 1]
-        else:
-            slope = float(launch_slope[n])
-            if slope > lowest[s, k] and slope_before <= lowest[s, k]:
-                blocking_sample = k  # it dips into ground that still rises
-        if soft and (crest >= 0 or blocking_sample >= 0):
-            ray = CrestRay(1.0, slope, ENDLESS, distance[n])
-            factor[n] *= strongest_crest_factor(horizon, s, crest, blocking_sample, ray, step, wavelength, table)
+        slope_before, crest = terrain_slope[s, k], last_crest[s, k]
+        slope = float(slope_before + min(steps - (k + 1), 1.0) * (terrain_slope[s, k + 1] - slope_before))
+        # the launch horizon is the seabed itself, or the launch slope over the last crest
+        if slope > (slope_before if crest < 0 else min(slope_before, crests[s, crest].launch_slope)):
+            visible[n], crest = False, last_crest[s, k + 1]
+        if soft and crest >= 0:
+            ray = CrestRay(s, n, 1.0, slope, ENDLESS, distance[n])
+            count = add_candidates(horizon, crest, -1, ray, step, wavelength, candidates, count)
+            if count > CANDIDATES - MAX_CRESTS:
+                multiply_strongest(candidates, count, wavelength, table, factor)
+                count = 0
+    multiply_strongest(candidates, count, wavelength, table, factor)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def diffract_over_crests(
+    horizon: LaunchHorizon, step: float, rays: LineRays, reach: Floats, wavelength: float, table: Complexes
+) -> None:
+    """Multiply `rays.diffraction_factor` by those of crests below rays that do not end on the seabed of the lines.
+
+    Args:
+        horizon: Launch horizon along the lines.
+        step: Distance of samples [m].
+        rays: The rays.
+        reach: Distance [m] up to which the seabed can cut, (all,).
+        wavelength: Acoustic wavelength [m].
+        table: See `occlude_terrain_points`.
+    """
+    terrain_slope, lowest, last_crest, _ = horizon
+    rows, points, launch_slope, distance, _, factor = rays
+    last, per_step = terrain_slope.shape[1] - 2, 1 / step
+    candidates = CrestCandidates(np.empty(8 * CANDIDATES), np.empty(CANDIDATES, np.int64))
+    for m in range(points.size):
+        n, s = points[m], rows[m]
+        k = min(int(min(reach[n] * per_step, last + 2.0)) - 1, last)
+        if k < 0:
+            continue
+        slope, blocking_sample = float(launch_slope[n]), -1
+        if slope > lowest[s, k] and terrain_slope[s, k] <= lowest[s, k]:
+            blocking_sample = k  # it dips into ground that still rises
+        ray = CrestRay(s, n, 1.0, slope, ENDLESS, distance[n])
+        count = add_candidates(horizon, last_crest[s, k], blocking_sample, ray, step, wavelength, candidates, 0)
+        multiply_strongest(candidates, count, wavelength, table, factor)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -218,10 +272,11 @@ def diffract_rising_rays(
         start: Distance in steps from which the ray is tested, (all,).
         stop: Distance in steps at which it ends, (all,).
         wavelength: Acoustic wavelength [m].
-        table: See `diffract_over_crests`.
+        table: See `occlude_terrain_points`.
     """
     terrain_slope, last_crest = horizon.launch_slope, horizon.last_crest
     rows, points, launch_slope, distance, visible, factor = rays
+    candidates = CrestCandidates(np.empty(8 * CANDIDATES), np.empty(CANDIDATES, np.int64))
     for m in range(points.size):
         n, s = points[m], rows[m]
         first, end = max(math.ceil(start[n]) - 1, 0), min(math.floor(stop[n]), terrain_slope.shape[1])
@@ -230,38 +285,38 @@ def diffract_rising_rays(
         slope, blocking_sample = float(launch_slope[n]), -1
         if not visible[n] and terrain_slope[s, first] > slope:
             blocking_sample = first  # it rises out of the seabed itself
-        ray = CrestRay(-1.0, slope, float(end), distance[n])
-        factor[n] *= strongest_crest_factor(
-            horizon, s, last_crest[s, first], blocking_sample, ray, step, wavelength, table
-        )
+        ray = CrestRay(s, n, -1.0, slope, float(end), distance[n])
+        count = add_candidates(horizon, last_crest[s, first], blocking_sample, ray, step, wavelength, candidates, 0)
+        multiply_strongest(candidates, count, wavelength, table, factor)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def strongest_crest_factor(
-    horizon: LaunchHorizon, s: int, last: int, blocking_sample: int, ray: CrestRay, step: float, wavelength: float,
-    table: Complexes,
-) -> complex:  # fmt: skip
-    """Factor on the pressure of the crest that changes one ray most [1].
+def add_candidates(
+    horizon: LaunchHorizon, last: int, blocking_sample: int, ray: CrestRay, step: float, wavelength: float,
+    candidates: CrestCandidates, count: int,
+) -> int:  # fmt: skip
+    """Add the crests that may change one ray to the candidates; returns their new number.
 
     Args:
         horizon: Launch horizon along the lines.
-        s: Line of the ray.
         last: Number of the first crest to evaluate, -1 for none.
         blocking_sample: Sample of terrain that cuts without being a crest, -1 for none.
         ray: The ray.
         step: Distance of samples [m].
         wavelength: Acoustic wavelength [m].
-        table: See `diffract_over_crests`.
+        candidates: Result.
+        count: Number of candidates before.
     """
-    terrain_slope, crests = horizon.launch_slope, horizon.crests  # faster here than where the slope is read
-    sign, slope, end_sample, distance = ray
-    stretch, strongest, max_change = math.sqrt(1 + slope * slope), 1 + 0j, 0.0
+    crests, (columns, points) = horizon.crests, candidates
+    s, point, sign, slope, end_sample, distance = ray
+    stretch = math.sqrt(1 + slope * slope)
     length, cosine = distance * stretch, 1 / stretch
     if blocking_sample >= 0:
-        before = (blocking_sample + 1) * step
-        height = sign * (slope - terrain_slope[s, blocking_sample]) * before * cosine
-        strongest = crest_diffraction_factor(height, ENDLESS, length - before * stretch, length, wavelength, table)
-        max_change = (1 - strongest.real) ** 2 + strongest.imag**2
+        before, at = (blocking_sample + 1) * step, np.uint64(count)
+        columns[_HEIGHT + at] = sign * (slope - horizon.launch_slope[s, blocking_sample]) * before * cosine
+        columns[_TROUGH + at], columns[_BEHIND + at] = ENDLESS, length - before * stretch
+        columns[_LENGTH + at], points[at] = length, point
+        count += 1
     for number in range(last, max(last - MAX_CRESTS, -1), -1):
         crest = crests[s, number]
         sample, slope_below = float(crest.sample), sign * (slope - crest.launch_slope)
@@ -274,11 +329,53 @@ def strongest_crest_factor(
             slope_below * before * cosine, crest.trough_depth * cosine, length - before * stretch,
         )  # fmt: skip
         if height < 0 and crest_is_negligible(
-            -height, trough_depth, behind, length, wavelength, max(NEGLIGIBLE_CHANGE * NEGLIGIBLE_CHANGE, max_change)
+            -height, trough_depth, behind, length, wavelength, NEGLIGIBLE_CHANGE * NEGLIGIBLE_CHANGE
         ):
             continue
-        factor = crest_diffraction_factor(height, trough_depth, behind, length, wavelength, table)
-        change = (1 - factor.real) ** 2 + factor.imag**2
+        at = np.uint64(count)
+        columns[_HEIGHT + at], columns[_TROUGH + at] = height, trough_depth
+        columns[_BEHIND + at], columns[_LENGTH + at], points[at] = behind, length, point
+        count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def multiply_strongest(
+    candidates: CrestCandidates, count: int, wavelength: float, table: Complexes, factor: Complexes
+) -> None:
+    """Multiply the factor of each ray by that of the crest among its candidates that changes it most.
+
+    Factors are those of `insonify.propagation.knife_edge_kernel.crest_diffraction_factor`, computed column by column.
+
+    Args:
+        candidates: From `add_candidates`; further columns are overwritten.
+        count: Number of candidates.
+        wavelength: Acoustic wavelength [m].
+        table: See `occlude_terrain_points`.
+        factor: Changed, (n,).
+    """
+    columns, points = candidates
+    for i in range(np.uint64(count)):
+        height, trough_depth, behind, length = (
+            columns[_HEIGHT + i],
+            columns[_TROUGH + i],
+            columns[_BEHIND + i],
+            columns[_LENGTH + i],
+        )
+        columns[_NUMBER + i] = edge_fresnel_number(height, behind, length, wavelength)
+        columns[_EXPONENT + i] = trough_exponent(trough_depth, behind, length, wavelength)
+    for i in range(np.uint64(count)):
+        past = weighted_crest_factor(columns[_NUMBER + i], columns[_EXPONENT + i], columns[_TROUGH + i], table)
+        columns[_REAL + i], columns[_IMAG + i] = past.real, past.imag
+    last, strongest, max_change = np.int64(-1), 1 + 0j, 0.0
+    for i in range(np.uint64(count)):
+        if points[i] != last:
+            if last >= 0:
+                factor[last] *= strongest
+            last, strongest, max_change = points[i], 1 + 0j, 0.0
+        real, imag = columns[_REAL + i], columns[_IMAG + i]
+        change = (1 - real) ** 2 + imag**2
         if change > max_change:
-            strongest, max_change = factor, change
-    return strongest
+            strongest, max_change = complex(real, imag), change
+    if last >= 0:
+        factor[last] *= strongest

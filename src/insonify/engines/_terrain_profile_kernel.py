@@ -82,15 +82,13 @@ def sample_profiles(
                 for s in range(depth.shape[0] + 1):
                     own, last = s & 1, (s - 1) & 1
                     if s < depth.shape[0]:
+                        cells = node_offset[own], cell_fraction[2 * own], cell_fraction[2 * own + 1]
                         run_complete &= _locate_samples(
-                            lines, direction[s, zone], begin, end, heightmap, missing, node_offset[own],
-                            cell_fraction[2 * own], cell_fraction[2 * own + 1],
-                        )  # fmt: skip
+                            lines, direction[s, zone], begin, end, heightmap, missing, cells
+                        )
                     if s > 0:
-                        _interpolate_depths(
-                            heightmap.heights, plane_depth, node_offset[last], cell_fraction[2 * last],
-                            cell_fraction[2 * last + 1], depth[s - 1, begin:end],
-                        )  # fmt: skip
+                        cells = node_offset[last], cell_fraction[2 * last], cell_fraction[2 * last + 1]
+                        _interpolate_depths(heightmap.heights, plane_depth, cells, depth[s - 1, begin:end])
                 done[run] = run_complete
                 all_complete &= run_complete
             run += 1
@@ -100,13 +98,14 @@ def sample_profiles(
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _locate_samples(
     lines: ProfileLines, line_direction: Floats, first: int, stop: int, heightmap: HeightmapTiles,
-    missing: NDArray[np.bool_], node_offset: NDArray[np.uint32], north_fraction: Floats, east_fraction: Floats,
+    missing: NDArray[np.bool_], cells: tuple[NDArray[np.uint32], Floats, Floats],
 ) -> bool:  # fmt: skip
     """Cells of a run of one line, from sample `first` to before `stop`; returns True if no tile of the map is missing.
 
-    Results are the southwestern node of each cell and the position in the cell, shape (SAMPLES_PER_RUN,). Samples on
-    missing tiles are put on the first one. Other arguments see `sample_profiles`.
+    The results in `cells` are the southwestern node of each cell, and the position in it to the north and the east,
+    shape (SAMPLES_PER_RUN,). Samples on missing tiles are put on the first one. Other arguments see `sample_profiles`.
     """
+    node_offset, north_fraction, east_fraction = cells
     x0, y0 = lines.start[0] / heightmap.cell, lines.start[1] / heightmap.cell
     dx, dy = line_direction[0] * lines.step / heightmap.cell, line_direction[1] * lines.step / heightmap.cell
     slot_of_tile, height, width = heightmap.row_of, missing.shape[0], missing.shape[1]
@@ -139,10 +138,10 @@ def _locate_samples(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _interpolate_depths(
-    heights: Floats, plane_depth: np.float32, node_offset: NDArray[np.uint32], north_fraction: Floats,
-    east_fraction: Floats, depth: Floats,
-) -> None:  # fmt: skip
+    heights: Floats, plane_depth: np.float32, cells: tuple[NDArray[np.uint32], Floats, Floats], depth: Floats
+) -> None:
     """Depths of the samples of a run from the results of `_locate_samples`, into `depth` [m], (samples of the run,)."""
+    node_offset, north_fraction, east_fraction = cells
     for m in range(np.uint64(depth.size)):
         node, f, g = node_offset[m], north_fraction[m], east_fraction[m]  # unsigned: no index from the end
         south = heights[node] + g * (heights[node + EAST_NEIGHBOUR] - heights[node])

@@ -29,7 +29,7 @@ from insonify.engines.terrain_profiles import AzimuthProfiles, GainBound, Profil
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.knife_edge import edge_diffraction_table
 from insonify.propagation.launch_angles import LaunchAngles, StraightLaunchAngles
-from insonify.records.legs import Legs, LegStatus
+from insonify.records.legs import Legs
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.seabed_terrain import SeabedTerrain
 
@@ -134,10 +134,9 @@ class TerrainOcclusion:
         for lines, points, rows in groups:
             if not lines.unobstructed(family):
                 rays = crests.LineRays(rows, points, distance, distance, is_clear, crest_factor)
-                crests.diffract_over_crests(
-                    lines.horizon(family), self.step, rays, distance, self.wavelength, edge_diffraction_table(), True,
-                    soft,
-                )  # fmt: skip
+                crests.occlude_terrain_points(
+                    lines.horizon(family), self.step, rays, distance, self.wavelength, edge_diffraction_table(), soft
+                )
 
     def _clear(
         self, family: str, groups: list[ProfileGroup], distance: Floats, sine: Floats, on_terrain: bool,
@@ -186,7 +185,7 @@ class TerrainOcclusion:
         for lines, points, rows in groups:
             rays = crests.LineRays(rows, points, slope, distance, is_clear, factor)
             crests.diffract_over_crests(
-                lines.horizon(family), self.step, rays, reach, self.wavelength, edge_diffraction_table(), False, True
+                lines.horizon(family), self.step, rays, reach, self.wavelength, edge_diffraction_table()
             )
 
     def _under_crests(

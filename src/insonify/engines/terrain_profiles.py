@@ -227,7 +227,7 @@ class AzimuthProfiles:
 
 
 class AzimuthZones(NamedTuple):
-    """Zones of distance, z of them, each with its slices of azimuth; lines to points in a zone end at its outer edge."""
+    """Zones of distance, z of them, with slices of azimuth; lines to points in a zone end at its outer edge."""
 
     edges: Floats
     """Outer edges [m], shape (z,)."""

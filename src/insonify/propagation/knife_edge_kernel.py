@@ -305,14 +305,26 @@ def crest_diffraction_factor(
         wavelength: Wavelength of the sound [m].
         table: Table of `edge_diffraction`.
     """
-    number = edge_fresnel_number(clearance, distance_behind, length, wavelength)
+    return weighted_crest_factor(
+        edge_fresnel_number(clearance, distance_behind, length, wavelength),
+        trough_exponent(trough_depth, distance_behind, length, wavelength), trough_depth, table,
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def trough_exponent(trough_depth: float, distance_behind: float, length: float, wavelength: float) -> float:
+    """Exponent -pi nu_h^2 of the weight of a crest, see `crest_diffraction_factor` [1]."""
+    return -4 * math.pi / wavelength * excess_path_length(trough_depth, distance_behind, length, wavelength)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def weighted_crest_factor(number: float, exponent: float, trough_depth: float, table: Complexes) -> complex:
+    """Pressure past a crest, re that without it, from its Fresnel number and the exponent of its weight [1]."""
     if number < -FAR:
         return 1 + 0j
     if trough_depth >= ENDLESS:
         return edge_diffraction(number, table)
-    counts = (
-        math.exp(-4 * math.pi / wavelength * excess_path_length(trough_depth, distance_behind, length, wavelength)) - 1
-    )
+    counts = math.exp(exponent) - 1
     past = edge_diffraction(number, table)
     return complex(1 + counts * (1 - past.real), -counts * past.imag)
 
