@@ -5,6 +5,7 @@ own image source. Refracted rays keep their occlusion and refraction; they are d
 planes, fitted at the refracted ray's bounces, cause in straight rays.
 """
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -45,6 +46,8 @@ Floats = NDArray[np.floating[Any]]
 
 NEGLIGIBLE_PRESSURE = 3e-4
 """Pressure that roughness leaves, 70 dB less than before, below which a leg is not followed [1]."""
+_LENGTH_PARTS = np.linspace(0.0, 1.0, 17) ** 2
+"""Edges of the parts of the legs of a family, by length, in which a bound decides whether any may be that weak."""
 
 
 def reflect_off_relief(
@@ -139,12 +142,19 @@ def _write_bounced(
 def _may_be_weak(
     family: str, length: NDArray[np.float64], sine: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
 ) -> bool:
-    """Return True if roughness may leave a negligible part of any leg: by the widest zone and the steepest bounce."""
+    """Return True if roughness may leave a negligible part of any leg.
+
+    Legs are divided by length; of each part the widest zone and the steepest bounce are evaluated.
+    """
     if not len(length):
         return False
-    widest = np.sqrt(terrain_occlusion.wavelength * length.max()) / np.sqrt(max(float(sine.min()), 1e-9))
-    once = float(terrain_occlusion.bed.roughness_reflection_factor(sine.max(), terrain_occlusion.wavelength, widest))
-    return once ** family.count("B") < NEGLIGIBLE_PRESSURE
+    climb, shortest, longest = length * sine, float(length.min()), float(length.max())
+    edges = shortest + (1 + 1e-12) * (longest - shortest) * _LENGTH_PARTS
+    steepest = np.minimum(float(climb.max()) / edges[:-1], float(sine.max()))
+    # the square root of the wavelength times the length, over that of the sine
+    widest = edges[1:] * math.sqrt(terrain_occlusion.wavelength / max(float(climb.min()), 1e-9))
+    once = terrain_occlusion.bed.roughness_reflection_factor(steepest, terrain_occlusion.wavelength, widest)
+    return bool(once.min() ** family.count("B") < NEGLIGIBLE_PRESSURE)
 
 
 def reflection_product(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -73,11 +74,16 @@ class CompositeRelief(Relief):
         total = np.zeros(np.shape(low))
         for kind in self.components:
             if isinstance(kind, PowerLaw):
-                beyond, excess = (kind.variance_beyond(bound) for bound in (np.minimum(low, high), np.array(high)))
-                total += beyond - excess
+                total += kind.variance_beyond(np.minimum(low, high)) - _variance_beyond(kind, high)
             elif isinstance(kind, Ripples):
                 total += np.where((low <= kind.wavenumber) & (kind.wavenumber < high), kind.variance, 0.0)
         return total
+
+
+@lru_cache(maxsize=64)
+def _variance_beyond(kind: PowerLaw, wavenumber: float) -> Floats:
+    """Mean square height beyond one wavenumber [rad/m], the same in every ping [m^2]."""
+    return kind.variance_beyond(np.array(wavenumber))
 
 
 def build_terrain(
