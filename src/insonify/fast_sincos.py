@@ -17,6 +17,7 @@ _C0, _C1, _C2, _C3, _C4, _C5 = (
 )
 _ONE = np.float32(1)
 _TWO = np.float32(2)
+_HALF = np.float32(0.5)
 
 
 @njit(inline="always")
@@ -33,6 +34,23 @@ def sincos_cycles(cycles: float) -> tuple[np.float32, np.float32]:
     half = np.floor(2.0 * cycles + 0.5)
     y = np.float32(cycles - 0.5 * half)
     odd = np.float32(half - 2.0 * np.floor(0.5 * half))
+    return _sincos_of_quarter(y, odd)
+
+
+@njit(inline="always")
+def sincos_of_few(cycles: np.float32) -> tuple[np.float32, np.float32]:
+    """Sine and cosine of a few cycles in float32: (sin, cos) of 2 pi cycles [1], float32 scalars.
+
+    Args:
+        cycles: Angle [cycles], a float32 scalar.
+    """
+    half = np.floor(_TWO * cycles + _HALF)
+    return _sincos_of_quarter(cycles - _HALF * half, half - _TWO * np.floor(_HALF * half))
+
+
+@njit(inline="always")
+def _sincos_of_quarter(y: np.float32, odd: np.float32) -> tuple[np.float32, np.float32]:
+    """Sine and cosine of a quarter turn y at most either side of zero [cycles], negated for odd 1."""
     sign = _ONE - _TWO * odd
     t = y * y
     sine = y * (_S0 + t * (_S1 + t * (_S2 + t * (_S3 + t * _S4))))

@@ -56,9 +56,12 @@ def reordered(paired, rows):
     return channels, sent, back, own(strength[:, rows]), middle, node
 
 
-@pytest.mark.parametrize(("count", "elements"), [(1, 1), (1, 17), (127, 7), (128, 8), (129, 9), (255, 16), (257, 33)])
+@pytest.mark.parametrize(
+    ("count", "elements"),
+    [(1, 1), (1, 17), (127, 7), (128, 8), (129, 9), (255, 16), (257, 33), (512, 4), (1023, 3), (1025, 5)],
+)
 def test_tiles_and_sides_of_any_size(count, elements):
-    """Tiles of 256 echoes and 8 elements, one less and one more: as element by element, 3e-6 of the rms."""
+    """Tiles of 1024 echoes and 4 elements, one less and one more: as element by element, 3e-6 of the rms."""
     for dopplers in (2, 5):
         paired = echoes(count, count, elements, dopplers=dopplers, none=0.0)
         assert relative_rms(deposited(paired), deposited(paired, kernel=spread_echoes)) < 3e-6

@@ -18,7 +18,7 @@ def test_spikes_gathered_in_a_window_are_those_deposited_one_by_one(shapes):
     cells = np.zeros((2, elements + 1, 1, 500, shapes), np.complex64)
     shaped, window = basis_weight_table(1e-3 * np.arange(shapes)), empty_window(elements + 1, shapes)
     gather_moments(cells[0], window, 100, 1, elements, count, at, place / 2, weight, x, shaped, count)
-    deposit_moments(cells[0], window, 100, elements + 1)
+    deposit_moments(cells[0], window, 100, 100 + WINDOW, elements + 1)
     deposit_waveforms(
         cells[1], 1, elements, count, at, place / 2, weight, x, shaped, np.zeros((4, 1), np.float32), count
     )

@@ -6,7 +6,7 @@ from numba import njit
 
 from insonify.synthesis._gridding_kernel import DEGREE, WIDTH, tap_coefficients
 from insonify.synthesis._polynomial_moments import MARGIN, WINDOW, deposit_moments, empty_window, gather_moments
-from insonify.synthesis._simd_gridding import mix_nodes, moment_vectors
+from insonify.synthesis._simd_gridding import mix_series, moment_vectors
 from insonify.synthesis._waveform_basis_kernel import (
     basis_coordinate,
     basis_weight_table,
@@ -94,7 +94,7 @@ def test_moments_are_what_each_spike_would_have_added(shapes):
             shaped,
             part,
         )
-        deposit_moments(cells, window, begin, 3)
+        deposit_moments(cells, window, begin, begin + WINDOW, 3)
         assert not window.any()
     expected = known(nodes(shapes), 3, 2000, at, place, weight, x)
     assert np.linalg.norm(cells[:, 0] - expected) < 2e-6 * np.linalg.norm(expected)
@@ -113,7 +113,7 @@ def test_a_window_holds_its_first_and_last_cell_and_no_other():
         one = np.array([cell], np.int32), np.zeros(1, np.float32), np.ones(2, np.float32), np.zeros(1, np.float32)
         gather_moments(cells, window, begin, 0, 1, 1, *one, shaped, 1)
         assert (window.any(), cells.any()) == (waits, not waits)
-        deposit_moments(cells, window, begin, 1)
+        deposit_moments(cells, window, begin, begin + WINDOW, 1)
         assert np.flatnonzero(cells[0, 0, :, 0])[0] == cell and 0 < MARGIN < WINDOW
 
 
@@ -147,23 +147,22 @@ def test_grids_are_no_more_than_the_shapes_take():
 
 
 @njit
-def _mix_channels(mix, single, delay, others, e, begin, count, delays, mixed):
-    mix_nodes(mix, single, delay, others, (delay.shape[0], delay.shape[1], 0, count, mixed.shape[1]), e, begin, delays,
-              mixed)  # fmt: skip
+def _mix_channels(polynomials, series, kept, e, begin, count, mixed):
+    mix_series(polynomials, series, (series.shape[1], kept, series.shape[2], 0, count, mixed.shape[1]), e, begin, mixed)
 
 
 @pytest.mark.parametrize("count", [1, 15, 16, 17, 48])
-def test_nodes_are_mixed_as_matrices_are_multiplied(count):
-    """Delays in double precision to 1e-15, three columns in single to 1e-6; nothing beyond a multiple of 16."""
+def test_series_are_summed_as_matrices_are_multiplied(count):
+    """Three columns, the first from its fourth term on, the others to a few: 1e-6; none beyond a multiple of 16."""
     rng = np.random.default_rng(count)
-    mix, delay = rng.normal(size=(5, 7)), rng.uniform(size=(7, 64))
-    others = rng.normal(size=(3, 7, 64)).astype(np.float32)
-    delays, mixed = np.full(100, np.nan), np.full((3, 100), np.nan, np.float32)
-    _mix_channels(mix, mix.astype(np.float32), delay, others, 3, 20, count, delays, mixed)
+    polynomials, series = (rng.normal(size=size).astype(np.float32) for size in ((5, 7), (3, 7, 64)))
+    mixed = np.full((3, 100), np.nan, np.float32)
+    _mix_channels(polynomials, series, 4, 3, 20, count, mixed)
     here, room = slice(20, 20 + count), 20 + 16 * -(-count // 16)
-    np.testing.assert_allclose(delays[here], (mix[3] @ delay)[:count], rtol=0, atol=5e-15)
-    np.testing.assert_allclose(mixed[:, here], np.einsum("k,ckn->cn", mix[3], others)[:, :count], atol=3e-6)
-    assert np.isnan(delays[:20]).all() and np.isnan(delays[room:]).all() and np.isnan(mixed[:, room:]).all()
+    row, known = polynomials[3].astype(float), series[..., :count].astype(float)
+    expected = [row[3:] @ known[0, 3:], row[:4] @ known[1, :4], row[:4] @ known[2, :4]]
+    np.testing.assert_allclose(mixed[:, here], expected, atol=3e-6)
+    assert np.isnan(mixed[:, :20]).all() and np.isnan(mixed[:, room:]).all()
 
 
 @pytest.mark.parametrize("dopplers", [1, 2, 3, 5, 9])

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.fast_sincos import sincos_cycles
+from insonify.fast_sincos import sincos_of_few
 from insonify.jit import njit
 from insonify.synthesis._arrival_kernel import (
     Flags,
@@ -25,35 +25,41 @@ from insonify.synthesis._arrival_kernel import (
     nonzero_legs,
     scatterers_with_echo,
 )
-from insonify.synthesis._arrival_time_kernel import ArrivalColumns, ElementMotion, arrival_times
-from insonify.synthesis._gridding import _locate
-from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE
+from insonify.synthesis._arrival_time_kernel import ArrivalColumns
+from insonify.synthesis._echo_series_kernel import (
+    ROW,
+    TILE,
+    ApertureNodes,
+    EchoSeries,
+    few_terms,
+    fill_series,
+    series_along,
+    values_at_node,
+    whole_vectors,
+)
+from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH
 from insonify.synthesis._polynomial_moments import MARGIN, WINDOW, deposit_moments, empty_window, gather_moments
-from insonify.synthesis._simd_gridding import mix_nodes
-from insonify.synthesis._waveform_basis_kernel import basis_weight_table, basis_weights, deposit_waveforms
+from insonify.synthesis._simd_gridding import mix_series
+from insonify.synthesis._waveform_basis_kernel import (
+    basis_weight_table,
+    basis_weights,
+    deposit_waveforms,
+)
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 _PART = 32768
-_TILE = 256
-"""Echoes that are evaluated together."""
-_ROW = _TILE + 16
-_ELEMENTS_AT_ONCE = 8
+_TILE_CELLS = WINDOW - 2 * MARGIN - 1
+"""Largest difference of their cells at the array's centre, where they are gathered as moments."""
+_DENSE = 320
+"""Least number of echoes in so many cells that are."""
+_ELEMENTS_AT_ONCE = 4
 """Elements at which they are deposited together."""
+_SPIKES = _ELEMENTS_AT_ONCE * ROW
+_SHIFT = WIDTH / 2 - 1
+_FAR = 1e9
+"""Number of cells beyond which echoes are off the grid."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
-
-
-class ApertureNodes(NamedTuple):
-    """Nodes along an array at which echoes are evaluated, k of them."""
-
-    position: Floats
-    """Position from the array's centre, in the world, at the start of the ping [m], (k, 3)."""
-    velocity: Floats
-    """Velocity at the start of the ping [m/s], (k, 3)."""
-    acceleration: Floats
-    """Acceleration [m/s^2], (k, 3)."""
-    weights: Floats
-    """Weight of each node at each element, then at each interpolation point of the sector [1], (k, elements + p)."""
 
 
 class ArraySector(NamedTuple):
@@ -92,15 +98,19 @@ class _EchoOrder(NamedTuple):
     cell: NDArray[np.int32]
     """Cell in which each arrives at the array's centre."""
     starts: NDArray[np.int32]
-    """Number of echoes before each cell."""
+    """Number of echoes before each cell while they are sorted, then that up to its end."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sort_echoes(
     part_start: int, reception: Reception, last: int, legs: PairedLegs, flags: tuple[Flags, Flags, Flags],
     order: _EchoOrder,
-) -> int:  # fmt: skip
-    """Sort the echoes of a part of the scatterers by counting the echoes of each cell; return their number."""
+) -> tuple[int, int, int]:  # fmt: skip
+    """Sort the echoes of a part of the scatterers by counting the echoes of each cell.
+
+    Returns:
+        Number of echoes; first and last cell with any.
+    """
     total, low, high, pair, strength = 0, last, 0, legs.pair, legs.strength
     first_time, cell_rate = reception.first_time, reception.cell_rate
     end = min(part_start + _PART, strength.shape[1])
@@ -121,7 +131,7 @@ def _sort_echoes(
             low, high = min(low, int(key[k])), max(high, int(key[k]))
         total += count
     if total == 0:
-        return 0
+        return 0, 0, 0
     order.starts[low : high + 2] = 0
     for k in range(total):
         order.starts[np.uintp(order.cell[k] + 1)] += 1
@@ -131,47 +141,120 @@ def _sort_echoes(
         cell_of_echo = np.uintp(order.cell[k])
         order.echo[np.uintp(order.starts[cell_of_echo])] = order.unsorted_echo[k]
         order.starts[cell_of_echo] += 1
-    return total
+    return total, low, high
+
+
+class _Echoes(NamedTuple):
+    """Echoes of a tile as series of Chebyshev polynomials along the array, those of the sector first."""
+
+    turns: Floats
+    """Turns of the carrier by the first three terms of the delay [cycles], by the first less whole ones, (3, tile)."""
+    cell: NDArray[np.int32]
+    """Cell of the first term of the delay."""
+    centre: Singles
+    """Its position in the cell [1], real and imaginary part of the weight, (3, tile)."""
+    series: Singles
+    """Turns by the terms after the third [cycles], spreading, coordinate in the basis, (3, terms, tile)."""
+
+
+class _Spikes(NamedTuple):
+    """Spikes of the echoes of a tile at some elements, one element after the other."""
+
+    mixed: Singles
+    """Turns by the terms after the third [cycles], spreading, coordinate in the waveform basis, (3, spikes)."""
+    turns: Singles
+    """Turns by the second and third term, and by the first three without whole ones [cycles], (2, tile)."""
+    first_cell: NDArray[np.int32]
+    """First cell, -1 off the grid."""
+    fraction: Singles
+    """Position between cells."""
+    weight: Singles
+    """Weight, real and imaginary parts alternating."""
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _fill_weights(arrival_time: Floats, real: Singles, imaginary: Singles, frequency: float, weight: Singles) -> None:
-    """Weights with the phase of the carrier, real and imaginary parts alternating."""
-    for k in range(arrival_time.size):
-        sine, cosine = sincos_cycles(frequency * arrival_time[k])
-        weight[2 * k] = real[k] * cosine + imaginary[k] * sine
-        weight[2 * k + 1] = imaginary[k] * cosine - real[k] * sine
+def _locate_centres(time: Floats, count: int, reception: Reception, echoes: _Echoes) -> None:
+    """Cells of times of arrival, positions in them, and turns of the carrier less whole ones."""
+    first_time, cell_rate, frequency = reception.first_time, reception.cell_rate, reception.frequency
+    cell, fraction, turns = echoes.cell, echoes.centre[0], echoes.turns[0]
+    for m in range(count):
+        position = (time[m] - first_time) * cell_rate - _SHIFT
+        position = position if (position > -_FAR) & (position < _FAR) else -_FAR  # so is NaN
+        whole = np.floor(position)
+        cell[m], fraction[m] = np.int32(whole), np.float32(position - whole)
+        cycles = frequency * time[m]
+        turns[m] = cycles - np.rint(cycles)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _fill_spikes(
+    second: float, third: float, pattern_gain: Singles, last: int, cells_per_cycle: float, echoes: _Echoes,
+    spikes: _Spikes, rows: tuple[int, int, int],
+) -> None:  # fmt: skip
+    """Cells and weights of some echoes at one element, from their series.
+
+    Args:
+        second: Second polynomial at the element.
+        third: Third polynomial there.
+        pattern_gain: Gain of the element [1], for each echo; or empty: 1.
+        last: One past the last cell in which a spike may start.
+        cells_per_cycle: Cells per cycle of the carrier.
+        echoes: Echoes.
+        spikes: Spikes, whose columns from the series are filled already.
+        rows: First echo, one past the last, and first spike of the element.
+    """
+    first, number, begin = np.uintp(rows[0]), rows[1] - rows[0], np.uintp(rows[2] + rows[0])
+    count, phase, cell, centre = whole_vectors(number), echoes.turns, echoes.cell, echoes.centre
+    mixed, turns, first_cell, fraction, weight = spikes
+    ratio, end, half, one = np.float32(cells_per_cycle), np.int32(last), np.float32(0.5), np.float32(1)
+    for m in range(count):  # several loops: compilers vectorise those of few arrays
+        i = first + np.uintp(m)
+        beyond = second * phase[1, i] + third * phase[2, i]
+        cycles = phase[0, i] + beyond
+        turns[0, m], turns[1, m] = np.float32(beyond), np.float32(cycles - np.rint(cycles))
+    for m in range(pattern_gain.size):
+        mixed[1, begin + np.uintp(m)] *= pattern_gain[m]
+    for m in range(count):
+        i, k = first + np.uintp(m), begin + np.uintp(m)
+        fraction[k] = centre[0, i] + ratio * (turns[0, m] + mixed[0, k])
+    for m in range(count):
+        k = begin + np.uintp(m)
+        whole = np.floor(fraction[k])
+        at = np.int32(cell[first + np.uintp(m)] + np.int32(whole))
+        first_cell[k] = at if (at >= 0) & (at < end) else np.int32(-1)
+        fraction[k] = fraction[k] - whole - half
+    for m in range(count):
+        k = begin + np.uintp(m)
+        mixed[2, k] = min(max(mixed[2, k], -one), one)
+    for m in range(count):
+        i, k = first + np.uintp(m), begin + np.uintp(m)
+        sine, cosine = sincos_of_few(turns[1, m] + mixed[0, k])
+        real, imaginary = mixed[1, k] * centre[1, i], mixed[1, k] * centre[2, i]
+        weight[np.uintp(2) * k] = real * cosine + imaginary * sine
+        weight[np.uintp(2) * k + np.uintp(1)] = imaginary * cosine - real * sine
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _partition_by_sector(
-    arrival_time: Floats, count: int, centre_delay: Floats, frequency: float, sector: ArraySector,
-    new_index: NDArray[np.int32]
+    slope: Floats, curvature: Floats, count: int, bow: float, centre_delay: Floats, sector: ArraySector,
+    new_index: NDArray[np.int32],
 ) -> int:  # fmt: skip
-    """Move the echoes of the sector before the others; return their number.
-
-    The first two terms of the delay along the array, in Chebyshev polynomials, follow from its values at the nodes.
+    """New index of each echo, those of the sector before the others; return their number.
 
     Args:
-        arrival_time: Times of arrival at each node [s], (k, count or more).
+        slope: Linear term of the delay along the array [s], (count or more,).
+        curvature: Quadratic term [s], (count or more,).
         count: Number of echoes.
+        bow: Phase at the array's ends by the quadratic term [rad/s].
         centre_delay: Their delays at the array's centre [s], (count or more,).
-        frequency: Carrier frequency [Hz].
         sector: The sector.
         new_index: Result: new index of each echo, (count or more,).
     """
-    nodes, in_sector = arrival_time.shape[0], 0
-    slope, curvature = np.zeros(_TILE), np.zeros(_TILE)
-    for k in range(nodes):
-        x = math.cos((k + 0.5) * math.pi / nodes)
-        linear, quadratic = 2 / nodes * x, 2 / nodes * (2 * x * x - 1) * 4 * math.pi * frequency
-        for m in range(count):
-            slope[m] += linear * arrival_time[k, m]
-            curvature[m] += quadratic * arrival_time[k, m]
+    in_sector = 0
     for m in range(count):
         within = (
             abs(slope[m]) <= sector.max_delay_slope
-            and abs(curvature[m] - sector.curvature_phase / centre_delay[m]) <= sector.max_residual_phase
+            and abs(bow * curvature[m] - sector.curvature_phase / centre_delay[m]) <= sector.max_residual_phase
         )
         new_index[m] = in_sector if within else -1
         in_sector += within
@@ -217,16 +300,87 @@ def _gather_echoes(
 
 
 @njit(error_model="numpy")
-def _apply_pattern(
-    echo: NDArray[np.int32], part_start: int, pair: Integers, receive_legs: ReceiveLegs, pattern: int, real: Singles,
-    imaginary: Singles,
-) -> None:  # fmt: skip
-    """Multiply the weights of some echoes by the gain of one receive pattern; -1 is a dead element."""
-    for k in range(real.size):
+def _gather_gains(
+    echo: NDArray[np.int32], part_start: int, pair: Integers, receive_legs: ReceiveLegs, pattern: int, gain: Singles
+) -> None:
+    """Gains of some echoes by one receive pattern; -1 is a dead element."""
+    for k in range(echo.size):
         p, n = echo[k] // _PART, part_start + echo[k] % _PART
-        gain = receive_legs.gain[pair[p, 2], pattern, n] if pattern >= 0 else np.float32(0)
-        real[k] *= gain
-        imaginary[k] *= gain
+        gain[k] = receive_legs.gain[pair[p, 2], pattern, n] if pattern >= 0 else np.float32(0)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _partition_series(
+    series: EchoSeries, source_weight: Singles, count: int, reception: Reception, sector: ArraySector,
+    centre_delay: Floats, work: tuple[_Echoes, NDArray[np.int32]], echoes: _Echoes,
+) -> int:  # fmt: skip
+    """Move the series of the echoes of the sector before the others; return their number.
+
+    Args:
+        series: Series of the echoes in order of arrival.
+        source_weight: Weights, real and imaginary parts alternating.
+        count: Number of echoes.
+        reception: Time grid, carrier and water.
+        sector: The sector; of no points: none.
+        centre_delay: Delays at the array's centre [s].
+        work: Work arrays.
+        echoes: Result: the echoes.
+    """
+    terms, frequency, in_sector, (unsorted, new_index) = echoes.series.shape[1], reception.frequency, 0, work
+    kept = few_terms(terms)
+    _locate_centres(series.time[0], whole_vectors(count), reception, unsorted)
+    if sector.point_count > 0:
+        in_sector = _partition_by_sector(
+            series.time[1], series.time[2], count, 2 * math.pi * series.bow * frequency, centre_delay, sector, new_index
+        )
+    else:
+        for m in range(count):
+            new_index[m] = m
+    for m in range(count):
+        k = np.uintp(new_index[m])
+        echoes.turns[0, k], echoes.cell[k], echoes.centre[0, k] = (
+            unsorted.turns[0, m], unsorted.cell[m], unsorted.centre[0, m],
+        )  # fmt: skip
+        echoes.turns[1, k], echoes.turns[2, k] = frequency * series.time[1, m], frequency * series.time[2, m]
+        echoes.centre[1, k], echoes.centre[2, k] = source_weight[2 * m], source_weight[2 * m + 1]
+    for j in range(3, terms):
+        for m in range(count):
+            echoes.series[0, j, np.uintp(new_index[m])] = np.float32(frequency * series.time[j, m])
+    for j in range(kept):
+        for m in range(count):
+            k = np.uintp(new_index[m])
+            echoes.series[1, j, k], echoes.series[2, j, k] = series.single[0, j, m], series.single[1, j, m]
+    return in_sector
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _fill_at_element(
+    series: EchoSeries, source_weight: Singles, count: int, reception: Reception, echoes: _Echoes, mixed: Singles
+) -> None:
+    """Echoes at one element that is a node of its own, whose values are in the first row."""
+    _locate_centres(series.node_time[0], count, reception, echoes)
+    mixed[0] = 0
+    for m in range(count):
+        echoes.centre[1, m], echoes.centre[2, m] = source_weight[2 * m], source_weight[2 * m + 1]
+        mixed[1, m], mixed[2, m] = series.node_spreading[0, m], series.node_x[0, m]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _echo_buffer(terms: int) -> _Echoes:
+    """Work arrays for series of so many terms."""
+    return _Echoes(
+        np.zeros((3, ROW)), np.zeros(ROW, np.int32), np.zeros((3, ROW), np.float32),
+        np.zeros((3, terms, ROW), np.float32),
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _spike_buffer() -> _Spikes:
+    """Work arrays for spikes."""
+    return _Spikes(
+        np.zeros((3, _SPIKES), np.float32), np.empty((2, TILE), np.float32), np.empty(_SPIKES, np.int32),
+        np.empty(_SPIKES, np.float32), np.empty(2 * _SPIKES, np.float32),
+    )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -245,60 +399,57 @@ def deposit_on_elements(
         reception: Time grid, carrier and water.
     """
     pair, transmit_legs, receive_legs, strength = legs
-    first_time, cell_rate, frequency, doppler_nodes, water = reception
+    doppler_nodes, water = reception.doppler_nodes, reception.water
     last, elements = cells.shape[2] - CELLS_PER_SPIKE, receive_beams.position.shape[0]
-    node_count, terms = nodes.weights.shape[0], receive_legs.expansion.shape[1]
+    basis, is_straight = basis_weight_table(doppler_nodes), nodes.series.shape[0] > 0
+    series, polynomials = series_along(nodes, water, basis)
+    terms, singles = polynomials.shape[1], polynomials.astype(np.float32)
     capacity = pair.shape[0] * min(_PART, strength.shape[1])
     order = _EchoOrder(np.empty(capacity, np.int32), np.empty(capacity + 1, np.int32), np.empty(capacity, np.int32),
                        np.empty(cells.shape[2] + 2, np.int32))  # fmt: skip
-    flags, columns = nonzero_legs(transmit_legs, receive_legs), np.empty((8, _TILE))
-    expansion, source_weight, tau = np.empty((terms, _TILE)), np.empty(2 * _TILE, np.float32), columns[0]
-    echoes = ArrivalColumns(
+    flags, columns = nonzero_legs(transmit_legs, receive_legs), np.ones((8, TILE))
+    expansion, source_weight = np.empty((receive_legs.expansion.shape[1], TILE)), np.empty(2 * TILE, np.float32)
+    echoes_at_nodes = ArrivalColumns(
         columns[0], columns[1], columns[2], columns[3], columns[4], columns[5], columns[6], columns[7], expansion
     )
-    arrival, doppler = np.empty((node_count, _TILE)), np.zeros((node_count, _TILE))
-    spreading, new_index = np.empty((node_count, _TILE), np.float32), np.arange(_TILE).astype(np.int32)
-    sorted_time, sorted_columns = np.zeros((node_count, _ROW)), np.zeros((3, node_count, _ROW), np.float32)
-    sorted_real, sorted_imaginary, sorted_x = sorted_columns[0], sorted_columns[1], sorted_columns[2]
-    size = _ELEMENTS_AT_ONCE * _ROW
-    arrival_time, mixed = np.empty(size), np.zeros((3, size), np.float32)
-    real, imaginary, x = mixed[0], mixed[1], mixed[2]
-    first_cell, fraction, weight = np.empty(size, np.int32), np.empty(size, np.float32), np.empty(2 * size, np.float32)
-    node_weights, basis = np.ascontiguousarray(nodes.weights.T), basis_weight_table(doppler_nodes)
-    basis_share = np.zeros((4 * cells.shape[1], size if cells.shape[1] > 1 else 1), np.float32)
-    inverse_range = 1 / basis.half_range if doppler_nodes.size > 1 else 0.0
-    doppler[:], single_weights = basis.centre_doppler, node_weights.astype(np.float32)
+    echoes, spikes, work = _echo_buffer(terms), _spike_buffer(), (_echo_buffer(0), np.empty(TILE, np.int32))
+    basis_share = np.zeros((4 * cells.shape[1], _SPIKES if cells.shape[1] > 1 else 1), np.float32)
+    gain, no_gain = np.empty(TILE, np.float32), np.empty(0, np.float32)
     uniform, moments, window = True, empty_window(cells.shape[0], cells.shape[3]), 0
     for e in range(elements):
         uniform = uniform and receive_beams.pattern[e] == 0
-    points = sector.point_count if uniform else 0
+    points, cells_per_cycle = sector.point_count if uniform else 0, reception.cell_rate / reception.frequency
+    used_sector = ArraySector(points, sector.max_delay_slope, sector.curvature_phase, sector.max_residual_phase)
     for begin in range(0, strength.shape[1], _PART):
-        total = _sort_echoes(begin, reception, last, legs, flags, order)
-        for tile in range(0, total, _TILE):
-            count = min(_TILE, total - tile)
-            echo = order.echo[tile : tile + count]
+        total, tile_cell, last_cell = _sort_echoes(begin, reception, last, legs, flags, order)
+        count, tile = 0, 0
+        while tile + count < total:
+            tile += count
+            while order.starts[tile_cell] <= tile:
+                tile_cell += 1
+            near = order.starts[min(tile_cell + _TILE_CELLS, last_cell)] - tile
+            gathers = cells.shape[1] == 1 and near >= _DENSE
+            count = min(TILE, near if gathers else total - tile)
+            echo, wide = order.echo[tile : tile + count], whole_vectors(count)
             _gather_echoes(echo, begin, legs, uniform, columns, source_weight)
             if water.is_layered:
                 for k in range(count):
                     p, n = echo[k] // _PART, begin + echo[k] % _PART
-                    for t in range(terms):
+                    for t in range(expansion.shape[0]):
                         expansion[t, k] = receive_legs.expansion[pair[p, 1], t, n]
-            for k in range(node_count):
-                node = ElementMotion(nodes.position[k], nodes.velocity[k], nodes.acceleration[k])
-                arrival_times(echoes, count, node, water, arrival[k], spreading[k], doppler[k])
-            in_sector = _partition_by_sector(arrival, count, tau, frequency, sector, new_index) if points > 0 else 0
-            for k in range(node_count):
-                for m in range(count):
-                    k_new = np.uintp(new_index[m])
-                    sorted_time[k, k_new] = arrival[k, m]
-                    sorted_real[k, k_new] = spreading[k, m] * source_weight[2 * m]
-                    sorted_imaginary[k, k_new] = spreading[k, m] * source_weight[2 * m + 1]
-                    sorted_x[k, k_new] = np.float32((doppler[k, m] - basis.centre_doppler) * inverse_range)
-            if cells.shape[1] == 1:
-                cell = int(min(max((tau[0] - water.pulse_middle - first_time) * cell_rate, 0.0), float(last)))
-                if cell >= window + WINDOW - 2 * MARGIN or cell < window:
-                    deposit_moments(cells, moments, window, elements + points)
-                    window = max(cell - MARGIN, 0)  # an echo off the grid has -1, which must not lie in the window
+            in_sector = 0
+            if is_straight:
+                fill_series(columns, echoes_at_nodes, wide, nodes, water, basis, series)
+                in_sector = _partition_series(
+                    series, source_weight, count, reception, used_sector, columns[0], work, echoes
+                )
+            if gathers:
+                centre = (columns[0, 0] - water.pulse_middle - reception.first_time) * reception.cell_rate
+                start = max(int(min(max(centre, 0.0), float(last))) - MARGIN, 0)
+                if start != window:
+                    stop = window + WINDOW if start < window else min(start, window + WINDOW)
+                    deposit_moments(cells, moments, window, stop, elements + points)
+                    window = start  # an echo off the grid has -1, which must not lie in the window
             e, at_once = 0, 0
             while e + at_once < elements + points:
                 e += at_once
@@ -307,26 +458,34 @@ def deposit_on_elements(
                 if first == stop:
                     continue
                 for s in range(at_once):
-                    block = slice(s * _ROW + first, s * _ROW + stop)
-                    shape = node_count, _ROW, first, stop, size
-                    mix_nodes(node_weights, single_weights, sorted_time, sorted_columns, shape, np.intp(e + s),
-                              np.intp(s * _ROW), arrival_time, mixed)  # fmt: skip
-                    if doppler_nodes.size > 1:
-                        for k in range(s * _ROW + first, s * _ROW + stop):
-                            x[k] = min(max(x[k], np.float32(-1)), np.float32(1))
+                    row, second, third = s * ROW, 0.0, 0.0
+                    if is_straight:
+                        second, third = polynomials[e + s, 1], polynomials[e + s, 2]
+                        shape = terms, few_terms(terms), ROW, first, stop, _SPIKES
+                        mix_series(singles, echoes.series, shape, np.intp(e + s), np.intp(row), spikes.mixed)
+                    else:
+                        values_at_node(e + s, 0, echoes_at_nodes, count, nodes, water, basis, series)
+                        _fill_at_element(
+                            series, source_weight, count, reception, echoes, spikes.mixed[:, row : row + count]
+                        )
                     if not uniform:
-                        pattern, row = receive_beams.pattern[e + s], slice(s * _ROW, s * _ROW + count)
-                        _apply_pattern(echo, begin, pair, receive_legs, pattern, real[row], imaginary[row])
-                    _locate(arrival_time[block], first_time, cell_rate, last, first_cell[block], fraction[block])
-                    _fill_weights(arrival_time[block], real[block], imaginary[block], frequency,
-                                  weight[2 * (s * _ROW + first) :])  # fmt: skip
-                batch, number = slice(first, size), stop - first
+                        _gather_gains(echo, begin, pair, receive_legs, receive_beams.pattern[e + s], gain)
+                    used_gain = no_gain if uniform else gain[:count]
+                    _fill_spikes(second, third, used_gain, last, cells_per_cycle, echoes, spikes, (first, stop, row))
+                batch, number = slice(first, _SPIKES), stop - first
+                first_cell, fraction, coordinate = (
+                    spikes.first_cell[batch],
+                    spikes.fraction[batch],
+                    spikes.mixed[2, batch],
+                )
+                weight = spikes.weight[2 * first :]
+                if gathers:
+                    gather_moments(cells, moments, window, e, at_once, ROW, first_cell, fraction, weight, coordinate,
+                                   basis, number)  # fmt: skip
+                    continue
                 if cells.shape[1] > 1:
-                    basis_weights(x[batch], basis.node_coordinate, basis.node_scale, basis_share)
-                    deposit_waveforms(cells, e, at_once, _ROW, first_cell[batch], fraction[batch], weight[2 * first :],
-                                      x[batch], basis, basis_share, number)  # fmt: skip
-                else:
-                    gather_moments(cells, moments, window, e, at_once, _ROW, first_cell[batch], fraction[batch],
-                                   weight[2 * first :], x[batch], basis, number)  # fmt: skip
+                    basis_weights(coordinate, basis.node_coordinate, basis.node_scale, basis_share)
+                deposit_waveforms(cells, e, at_once, ROW, first_cell, fraction, weight, coordinate, basis, basis_share,
+                                  number)  # fmt: skip
         if cells.shape[1] == 1:
-            deposit_moments(cells, moments, window, elements + points)
+            deposit_moments(cells, moments, window, window + WINDOW, elements + points)

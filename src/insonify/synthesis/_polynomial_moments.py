@@ -26,8 +26,8 @@ from insonify.synthesis._simd_gridding import (
 from insonify.synthesis._waveform_basis_kernel import BasisWeights
 
 Singles = NDArray[np.float32]
-WINDOW = 96
-"""Number of cells in the window."""
+WINDOW = 64
+"""Number of cells in the window, a power of 2: it is a ring, so that cells stay where they are while it moves."""
 MARGIN = 16
 """Number of them before the current cell at the array's centre."""
 _VECTORS = 0, moment_vectors(1), moment_vectors(2), 0, moment_vectors(4)
@@ -67,9 +67,9 @@ def gather_moments(
     for i in range(count):
         for e in range(elements):
             k = np.uintp(e * channel_stride + i)
-            cell = np.intp(first_cell[k]) - window_start
-            if cell >= 0 and cell < WINDOW:
-                cell += (first_element + e) * WINDOW
+            cell = np.intp(first_cell[k])
+            if np.uintp(cell - window_start) < WINDOW:
+                cell = (cell & (WINDOW - 1)) + (first_element + e) * WINDOW
                 if lanes == 4:
                     gather_spike_of_4(moments, cell, fraction[k], weight, x[k], coefficients, np.intp(k))
                 elif lanes == 2:
@@ -87,19 +87,20 @@ def gather_moments(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def deposit_moments(cells: NDArray[np.complex64], moments: Singles, window_start: int, elements: int) -> None:
-    """Deposit the moments of a window on the grids, and clear the window.
+def deposit_moments(cells: NDArray[np.complex64], moments: Singles, start: int, stop: int, elements: int) -> None:
+    """Deposit the moments of some cells of a window on the grids, and clear them.
 
     Args:
         cells: Grids of pressure, (elements or more, 1, cells, waveforms).
         moments: Window from `empty_window`.
-        window_start: First cell of the window.
+        start: First of these cells.
+        stop: One past the last.
         elements: Number of elements.
     """
     flat, row, lanes = cells.reshape(-1).view(np.float32), cells.shape[2], cells.shape[3]
     for e in range(elements):
-        for c in range(WINDOW):
-            first, cell = np.intp(e * row + window_start + c), np.intp(e * WINDOW + c)
+        for c in range(start, stop):
+            first, cell = np.intp(e * row + c), np.intp(e * WINDOW + (c & (WINDOW - 1)))
             if lanes == 4:
                 deposit_cell_of_4(flat, first, moments, cell)
             elif lanes == 2:

@@ -190,6 +190,27 @@ gather_spike_of_2 = _gathered_spike(2)
 gather_spike_of_4 = _gathered_spike(4)
 
 
+def _spike_totals(builder: Any, moment: list[Any], per: int) -> list[Any]:
+    """Sums of moments times the polynomials of the kernel's cells, `per` cells to a vector of 8 numbers."""
+
+    def part(begin: int, powers: Any) -> Any:
+        total = None
+        for p in powers:
+            taps = ir.Constant(moment[p].type, [float(_TAPS[p, begin + k * per // 8]) for k in range(8)])
+            product = builder.fmul(moment[p], taps, flags=("contract",))
+            total = product if total is None else builder.fadd(total, product, flags=("contract",))
+        return total
+
+    if per > 1:
+        return [part(j, range(DEGREE + 1)) for j in range(0, WIDTH, per)]
+    # the kernel is even: cells as far before as after the middle one have the same even and opposite odd terms
+    even = [part(j, range(0, DEGREE + 1, 2)) for j in range(WIDTH // 2 + 1)]
+    odd = [part(j, range(1, DEGREE + 1, 2)) for j in range(WIDTH // 2)]
+    before = [builder.fadd(a, b) for a, b in zip(even, odd, strict=False)]
+    after = [builder.fsub(a, b) for a, b in zip(even, odd, strict=False)]
+    return [*before, even[-1], *reversed(after)]
+
+
 def _gathered_cell(lanes: int) -> Any:
     """Intrinsic that deposits the spikes of one cell from their moments, for 1, 2 or 4 waveforms (`lanes`)."""
 
@@ -217,12 +238,8 @@ def _gathered_cell(lanes: int) -> Any:
                     for p in range(DEGREE + 1)
                 ]
                 first = builder.gep(data, [builder.mul(at, ir.Constant(at.type, width))])
-                for j in range(0, WIDTH, per):
-                    total = ir.Constant(vector, [0.0] * 8)
-                    for p in range(DEGREE + 1):
-                        taps = ir.Constant(vector, [float(_TAPS[p, j + k // width]) for k in range(8)])
-                        total = builder.fadd(total, builder.fmul(moment[p], taps, flags=("contract",)), ("contract",))
-                    _add_to(builder, builder.gep(first, [ir.Constant(at.type, width * j)]), vector, total, 4)
+                for j, total in enumerate(_spike_totals(builder, moment, per)):
+                    _add_to(builder, builder.gep(first, [ir.Constant(at.type, 8 * j)]), vector, total, 4)
                 for pointer in pointers:
                     empty = ir.Constant(vector, [0.0] * 8)
                     builder.store(empty, builder.bitcast(pointer, vector.as_pointer()), align=4)
@@ -272,49 +289,43 @@ def add_shaped_spike(
 
 
 @intrinsic
-def mix_nodes(
-    typingctx: Any, weights: Any, single: Any, delay: Any, others: Any, shape: Any, e: Any, begin: Any, delays: Any,
-    mixed: Any,
+def mix_series(
+    typingctx: Any, polynomials: Any, series: Any, shape: Any, e: Any, begin: Any, mixed: Any
 ) -> Any:  # fmt: skip
-    """Interpolate columns of echoes at k nodes to element e, from index `begin` of the results on.
+    """Sums of series of echoes at element e, from index `begin` of the results on; float32.
 
-    delays[begin + i] = sum over k of mix[e, k] * delay[k, i] for i from `first` to `stop`; and in float32, by the same
-    numbers in `single`, for the columns of `others`, (3, k, tile), into `mixed`, (3, wide). Up to 15 more are touched;
-    shape: k, tile, first, stop, wide.
+    mixed[c, begin + i] = sum over k of polynomials[e, k] * series[c, k, i] for i from `first` to `stop`: of the first
+    column c from term 3 on, of the others to `kept`. Up to 15 more are touched. shape: terms, kept, tile, first,
+    stop, wide; series: (3, terms, tile); mixed: (3, wide).
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        e, begin = args[5:7]
-        weights, single, delay, others, delays, mixed = (
-            cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 1, 2, 3, 7, 8)
+        e, begin = args[3:5]
+        polynomials, series, mixed = (
+            cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 1, 5)
         )
-        nodes, tile, start, stop, width = cgutils.unpack_tuple(builder, args[4], 5)
-        zero, lanes = ir.Constant(e.type, 0), ir.Constant(e.type, 16)
-        columns = [(weights, delay, delays, zero, zero)] + [
-            (single, others, mixed, builder.mul(ir.Constant(e.type, c), builder.mul(nodes, tile)),
-             builder.mul(ir.Constant(e.type, c), width)) for c in range(3)
-        ]  # fmt: skip
-        vectors = [_vector(source.type.pointee, 16) for _, source, *_ in columns]
-        totals = [cgutils.alloca_once(builder, vector) for vector in vectors]
+        terms, kept, tile, start, stop, width = cgutils.unpack_tuple(builder, args[2], 6)
+        vector, zero, lanes = _vector(ir.FloatType(), 16), ir.Constant(e.type, 0), ir.Constant(e.type, 16)
+        row_of_element = builder.gep(polynomials, [builder.mul(e, terms)])
+        total = cgutils.alloca_once(builder, vector)
         with cgutils.for_range_slice(builder, start, stop, lanes) as (i, _):
-            for total, vector in zip(totals, vectors, strict=True):
+            for column, (low, high) in enumerate(((ir.Constant(e.type, 3), terms), (zero, kept), (zero, kept))):
                 builder.store(ir.Constant(vector, [0.0] * 16), total)
-            with cgutils.for_range(builder, nodes) as loop:
-                part = builder.add(builder.mul(e, nodes), loop.index)
-                row = builder.add(builder.mul(loop.index, tile), i)
-                for (numbers, source, _, first, _), total, vector in zip(columns, totals, vectors, strict=True):
-                    node_weight = _splat(builder, builder.load(builder.gep(numbers, [part])), 16)
-                    node_value = _load(builder, builder.gep(source, [builder.add(first, row)]), vector, 4)
-                    node_value = builder.fmul(node_value, node_weight, flags=("contract",))
-                    builder.store(builder.fadd(builder.load(total), node_value, flags=("contract",)), total)
-            for (_, _, out, _, first), total, vector in zip(columns, totals, vectors, strict=True):
-                target = builder.gep(out, [builder.add(builder.add(first, begin), i)])
-                builder.store(builder.load(total), builder.bitcast(target, vector.as_pointer()), align=4)
+                first_row = builder.mul(ir.Constant(e.type, column), terms)
+                with cgutils.for_range(builder, high, low) as loop:
+                    share = _splat(builder, builder.load(builder.gep(row_of_element, [loop.index])), 16)
+                    row = builder.add(builder.mul(builder.add(first_row, loop.index), tile), i)
+                    term = _load(builder, builder.gep(series, [row]), vector, 4)
+                    term = builder.fmul(term, share, flags=("contract",))
+                    builder.store(builder.fadd(builder.load(total), term, flags=("contract",)), total)
+                at = builder.add(builder.mul(ir.Constant(e.type, column), width), builder.add(begin, i))
+                target = builder.bitcast(builder.gep(mixed, [at]), vector.as_pointer())
+                builder.store(builder.load(total), target, align=4)
         return context.get_dummy_value()
 
-    for rows in (weights, single, delay, others, delays, mixed):
+    for rows in (polynomials, series, mixed):
         _require_contiguous(rows)
-    return types.void(weights, single, delay, others, shape, types.intp, types.intp, delays, mixed), codegen
+    return types.void(polynomials, series, shape, types.intp, types.intp, mixed), codegen
 
 
 @intrinsic

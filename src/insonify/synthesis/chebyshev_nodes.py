@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.synthesis._element_arrivals_kernel import ApertureNodes
+from insonify.synthesis._echo_series_kernel import ApertureNodes
 
 Floats = NDArray[np.float64]
 ERROR = 2e-7
@@ -47,11 +47,8 @@ def aperture_nodes(
         count = chebyshev_node_count(min_radius - drift, float(np.linalg.norm(ends[1, :3])), wavelength)
         if count < len(position):
             node = np.cos((np.arange(count) + 0.5) * np.pi / count)
-            weights = _lagrange(
-                node,
-                element_coordinate
-                if extra_positions is None
-                else np.concatenate([element_coordinate, extra_positions]),
+            positions = (
+                element_coordinate if extra_positions is None else np.concatenate([element_coordinate, extra_positions])
             )
             node_motion = ends[0] + node[:, None] * ends[1]
             node_velocity = node_motion[:, 3:6] / latest_arrival
@@ -59,10 +56,10 @@ def aperture_nodes(
             return ApertureNodes(
                 *(
                     np.ascontiguousarray(part)
-                    for part in (node_motion[:, :3], node_velocity, node_acceleration, weights)
+                    for part in (node_motion[:, :3], node_velocity, node_acceleration, *_chebyshev(node, positions))
                 )
             )
-    return ApertureNodes(position, velocity, acceleration, np.eye(len(position)))
+    return ApertureNodes(position, velocity, acceleration, np.empty((0, 0)), np.empty((0, 0)))
 
 
 def chebyshev_node_count(min_radius: float, half: float, wavelength: float) -> int:
@@ -107,10 +104,9 @@ def straight_array(
     return coordinate, np.stack([middle, half])
 
 
-def _lagrange(node: Floats, positions: Floats) -> Floats:
-    """Interpolation weight of each Chebyshev node at each position, shape (nodes, positions)."""
+def _chebyshev(node: Floats, positions: Floats) -> tuple[Floats, Floats]:
+    """Chebyshev series from values at nodes, (terms, nodes), and the polynomials at positions, (positions, terms)."""
     order = np.arange(len(node))
     at_nodes = np.cos(order[:, None] * np.arccos(node))
-    waves = np.cos(order[:, None] * np.arccos(np.clip(positions, -1, 1)))
-    weight = np.where(order == 0, 1.0, 2.0) / len(node)
-    return np.asarray((at_nodes * weight[:, None]).T @ waves)
+    polynomials = np.cos(order * np.arccos(np.clip(positions, -1, 1))[:, None])
+    return at_nodes * np.where(order == 0, 1.0, 2.0)[:, None] / len(node), polynomials

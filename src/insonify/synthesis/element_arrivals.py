@@ -180,11 +180,7 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
         receive_points.position, receive_points.velocity, receive_points.acceleration, min_radius, latest_arrival,
         wavelength, extra_positions,
     )  # fmt: skip
-    sector = (
-        NO_SECTOR
-        if interpolation is None or nodes.weights.shape[1] == len(receive_points.position)
-        else interpolation.sector
-    )
+    sector = NO_SECTOR if interpolation is None or not len(nodes.series) else interpolation.sector
     for band, sub_band in enumerate(ping_geometry.sub_bands or (carrier_band(ping_geometry),)):
         absorption_factor, receive_pressure = np.empty((0, 0)), receive_amplitude
         if sub_band.offset != 0:
