@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from insonify.scene import _drawn_tiles_kernel as held
-from insonify.scene.drawn_tiles import DrawnScatterers
-from insonify.scene.scatterer_grid import PARTS, TILE, ScattererGrid, prefix_sizes
+from insonify.scene.scatterer_grid import PARTS, TILE, DrawnScatterers, ScattererGrid, prefix_sizes
 from insonify.scene.terrain._gradient_rotation_kernel import rotate
 
 KEYS = st.sampled_from([0, 1, -1, 7, 4096, 1 << 44, -(1 << 60), (1 << 63) - 1, 12345678901])

@@ -43,7 +43,7 @@ class FullDisk:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, writes: int, error: int = errno.ENOSPC) -> None:
         """In place of the writes of files."""
         self.left, self.error, self.monkeypatch = writes, error, monkeypatch
-        for module, name in ((Path, "write_bytes"), (os, "write")):
+        for module, name in ((Path, "write_bytes"), (os, "write"), (os, "link")):
             monkeypatch.setattr(module, name, self._limited(getattr(module, name)))
 
     def _limited(self, write):

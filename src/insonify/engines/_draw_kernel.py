@@ -1,7 +1,7 @@
 """Scatterers of tiles, each kept or left out, and those kept placed: the arithmetic of `engines.beam_importance`."""
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,9 @@ from insonify.engines._keep_probability_kernel import GridFrame, keep_probabilit
 from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
 from insonify.random_keys import philox_at, uniform_from_word
-from insonify.scene._terrain_draping_kernel import drape_point
-from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, Tiles
+from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, DrawnScatterers, Tiles
 from insonify.scene.scatterers import ROW_KEY_STEP
-
-if TYPE_CHECKING:
-    from insonify.scene.drawn_tiles import DrawnScatterers
+from insonify.scene.terrain_draping_kernel import drape_point
 
 SQUARE = 2
 """Cells along the side of the squares into which a part with a gain peak is divided."""
@@ -37,7 +34,7 @@ class TileRows(NamedTuple):
 
     tiles: Tiles
     """The tiles."""
-    drawn: "DrawnScatterers"
+    drawn: DrawnScatterers
     """Scatterers of tiles, in order of priority."""
     start: Integers
     """First row of each tile among them, shape (tiles,)."""

@@ -1,14 +1,10 @@
 """Rows of drawn tiles in memory: a table of tiles by key. Plain numbers and arrays only."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-
-if TYPE_CHECKING:
-    from insonify.scene.drawn_tiles import DrawnScatterers
+from insonify.scene.scatterer_grid import DrawnScatterers
 
 Integers = NDArray[np.int64]
 
@@ -47,8 +43,8 @@ def put(key: Integers, start: Integers, size: Integers, table: Integers) -> int:
 
 @njit(cache=True, nogil=True)
 def find(
-    key: Integers, size: Integers, table: Integers, rows: "DrawnScatterers", old_table: Integers,
-    old_rows: "DrawnScatterers", used: int, start: Integers, known: Integers,
+    key: Integers, size: Integers, table: Integers, rows: DrawnScatterers, old_table: Integers,
+    old_rows: DrawnScatterers, used: int, start: Integers, known: Integers,
 ) -> tuple[int, int]:  # fmt: skip
     """Find the rows of tiles: rows in the older table are copied to the newer, and rows of others are reserved.
 
@@ -92,7 +88,7 @@ def find(
 
 
 @njit(cache=True, nogil=True)
-def fill(drawn: "DrawnScatterers", start: Integers, known: Integers, size: Integers, rows: "DrawnScatterers") -> None:
+def fill(drawn: DrawnScatterers, start: Integers, known: Integers, size: Integers, rows: DrawnScatterers) -> None:
     """Copy drawn rows, tile after tile, to the unknown rows of each tile."""
     first = 0
     for n in range(start.size):
@@ -102,7 +98,7 @@ def fill(drawn: "DrawnScatterers", start: Integers, known: Integers, size: Integ
 
 
 @njit(cache=True, nogil=True)
-def _copy(source: "DrawnScatterers", first: int, count: int, target: "DrawnScatterers", begin: int) -> None:
+def _copy(source: DrawnScatterers, first: int, count: int, target: DrawnScatterers, begin: int) -> None:
     """Copy a number of rows to others, in loops: to compile an assignment of slices takes a second."""
     cell, new_cell = source.cell[first : first + count], target.cell[begin : begin + count]
     for n in range(new_cell.size):

@@ -10,14 +10,13 @@ thread reads is used again.
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Lock
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify import random_keys
 from insonify.scene import _drawn_tiles_kernel as kernel
-from insonify.scene.scatterer_grid import Tiles, draw_cells
+from insonify.scene.scatterer_grid import DrawnScatterers, Tiles, draw_cells
 from insonify.scene.scatterers import Boundary, grid_scatterer_id
 from insonify.scene.seabed_terrain import SeabedTerrain
 
@@ -31,15 +30,6 @@ MAX_BYTES = 192 << 20
 ENOUGH = 0.5
 """Fraction of the requested rows that are found, below which the next half is twice as large [1]."""
 _MIN_SLOTS = 4096
-
-
-class DrawnScatterers(NamedTuple):
-    """Scatterers of tiles, tile by tile in order of priority."""
-
-    cell: NDArray[np.uint16]
-    """Cell of each in its tile, row times `TILE` plus column, shape (any,)."""
-    terrain: Floats
-    """Height [m] and gradient to the north and the east [1] of the terrain there, shape (any, 3); (0, 3): flat."""
 
 
 class _Half:

@@ -109,6 +109,15 @@ class DrawnCells(NamedTuple):
     """Grid coordinate along the second [m], shape (n,)."""
 
 
+class DrawnScatterers(NamedTuple):
+    """Scatterers of tiles, tile by tile in order of priority."""
+
+    cell: NDArray[np.uint16]
+    """Cell of each in its tile, row times `TILE` plus column, shape (any,)."""
+    terrain: Floats
+    """Height [m] and gradient to the north and the east [1] of the terrain there, shape (any, 3); (0, 3): flat."""
+
+
 def draw_cells(tiles: Tiles, seed: int, stream: int, begin: Integers, end: Integers) -> DrawnCells:
     """Some scatterers of tiles, one tile after the other, by rank.
 

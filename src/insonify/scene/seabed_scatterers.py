@@ -8,9 +8,9 @@ terrain finer than the cells is sampled at few points, which increases the varia
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.scene._terrain_draping_kernel import drape_points
 from insonify.scene.scatterers import Law, Scatterers
 from insonify.scene.terrain.relief import TerrainSample
+from insonify.scene.terrain_draping_kernel import drape_points
 
 Floats = NDArray[np.float64]
 
