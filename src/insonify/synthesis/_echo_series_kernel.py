@@ -22,7 +22,7 @@ TILE = 1024
 ROW = TILE + 16
 MOST_POWERS = 9
 """Largest number of powers."""
-_FAST = {"contract", "reassoc", "nsz", "arcp"}
+_FAST = {"contract", "nsz", "arcp"}  # no reassociation: the order of sums would follow from the cache
 
 
 class ApertureNodes(NamedTuple):
@@ -183,7 +183,7 @@ def _series_of_spheres(
         motion: Position, velocity and acceleration of the array's middle, and of its end re that, (6, 3).
         water: The water.
         basis: Waveform basis.
-        series: Result: the series: `MOSTMOST_POWERS` terms of times, `few_terms` of the others.
+        series: Result: the series: `MOST_POWERS` terms of times, `few_terms` of the others.
     """
     slowness, attenuation, pulse_middle = water.slowness, water.attenuation, water.pulse_middle
     c, middle, inverse_range = 1 / slowness, basis.centre_doppler, inverse_half_range(basis)
