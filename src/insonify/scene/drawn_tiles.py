@@ -32,7 +32,7 @@ ENOUGH = 0.5
 _MIN_SLOTS = 4096
 
 
-class _Half:
+class _DrawnHalf:
     """Rows of tiles, and the hash table of their positions."""
 
     def __init__(self, capacity: int, *, has_terrain: bool) -> None:
@@ -75,7 +75,7 @@ class DrawnTiles:
         """
         self.boundary, self.seed, self.terrain = boundary, seed, terrain
         self.min_rows, self.max_bytes, self._lock = min_rows, max_bytes, Lock()
-        self._current = self._previous = _Half(min_rows, has_terrain=terrain is not None)
+        self._current = self._previous = _DrawnHalf(min_rows, has_terrain=terrain is not None)
 
     def __reduce__(self) -> tuple[type["DrawnTiles"], tuple[Boundary, int, SeabedTerrain | None, int, int]]:
         """Reduce to an empty cache: another process starts without rows."""
@@ -115,7 +115,7 @@ class DrawnTiles:
             with self._lock:
                 half.readers -= 1
 
-    def _halves(self, requested: int) -> tuple[_Half, _Half]:
+    def _halves(self, requested: int) -> tuple[_DrawnHalf, _DrawnHalf]:
         """Current and previous half, with unused rows in the current one."""
         if self._current.used + requested > self._current.capacity:
             full, retired = self._current, self._previous
@@ -123,13 +123,13 @@ class DrawnTiles:
             most = max(self.max_bytes // 2 // (26 if self.terrain is not None else 2), self.min_rows)
             capacity = max(min(growth * full.capacity, most), requested)
             if retired is full or retired.readers or retired.capacity < capacity:
-                retired = _Half(capacity, has_terrain=self.terrain is not None)
+                retired = _DrawnHalf(capacity, has_terrain=self.terrain is not None)
             retired.clear()
             self._current, self._previous = retired, full
         return self._current, self._previous
 
     def _draw(
-        self, tiles: Tiles, key: Integers, start: Integers, known: Integers, size: Integers, half: _Half
+        self, tiles: Tiles, key: Integers, start: Integers, known: Integers, size: Integers, half: _DrawnHalf
     ) -> None:  # fmt: skip
         """Draw the missing scatterers of some tiles into their rows of a half."""
         cells = draw_cells(tiles, self.seed, self.stream, known, size)
