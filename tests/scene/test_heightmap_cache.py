@@ -105,10 +105,37 @@ def test_tiles_that_are_read_stay_while_others_fill_the_memory():
     paged.serve_kernel(0.5, np.zeros(2), np.zeros(2), tile, evaluate)
 
 
+def test_a_previous_half_is_read_as_it_was_when_the_kernel_began():
+    """Another kernel, for which that half is still the current one, may extend its table meanwhile."""
+    paged, drawn = HeightmapCache(1 << 30, min_tiles=8), []
+    near = places_of([(number, 0) for number in range(6)])
+    read(paged, near)
+    for number in range(10, 15):  # a new half begins
+        read(paged, places_of([(number, 0)]))
+    begin, calls = paged._previous.begin, []
+
+    def evaluate(pages, requested):
+        calls.append(requested.shape)
+        if len(calls) == 1:
+            requested[2 - pages.corner_a, -pages.corner_b] = True
+            paged._previous.begin = begin[0] + 1, begin[1]  # half extended: the table follows
+            return False
+        row = pages.row_of[(2 - pages.corner_a) * requested.shape[1] - pages.corner_b]
+        np.testing.assert_array_equal(pages.heights[row * NODES**2 : (row + 1) * NODES**2], tile(2, 0).ravel())
+        return True
+
+    def draw(along, across):
+        drawn.append((along, across))
+        return tile(along, across)
+
+    paged.serve_kernel(0.5, ORIGIN, ORIGIN, draw, evaluate)
+    assert len(calls) == 2 and drawn == []
+
+
 def test_threads_share_tiles():
     """Eight readers of one small store, which loses: each reads the map."""
     paged, rng = HeightmapCache(60 * NODES**2), np.random.default_rng(3)
-    requested = [rng.integers(-400, 400, (20, 2)) for _ in range(40)]
+    requested = [rng.integers(-400, 400, (20, 2)) for _ in range(200)]
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(lambda places: read(paged, places), requested))
     for places, heights in zip(requested, found, strict=True):

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 Singles = NDArray[np.float32]
 TileNumber = tuple[int, int]
+HalfView = tuple[TileNumber, NDArray[np.int32], Singles]
+"""First tile number of a half, row of each tile, and heights, as they are at one moment."""
 SHIFT = 6
 CELLS = 1 << SHIFT
 """Cells along the side of one tile of the map."""
@@ -92,12 +94,14 @@ class _Half:
             self.used += 1
         self.row_of, self.heights = row_of, heights
 
-    def find(self, along: int, across: int) -> NDArray[np.floating] | None:
-        """One tile; None if it is not there."""
-        i, j = along - self.begin[0], across - self.begin[1]
-        if not (0 <= i < self.row_of.shape[0] and 0 <= j < self.row_of.shape[1]) or self.row_of[i, j] < 0:
-            return None
-        return self.heights[self.row_of[i, j]]
+
+def _find(half: HalfView, along: int, across: int) -> NDArray[np.floating] | None:
+    """One tile of a half; None if it is not there."""
+    begin, row_of, heights = half
+    i, j = along - begin[0], across - begin[1]
+    if not (0 <= i < row_of.shape[0] and 0 <= j < row_of.shape[1]) or row_of[i, j] < 0:
+        return None
+    return heights[row_of[i, j]]
 
 
 class HeightmapCache:
@@ -139,14 +143,16 @@ class HeightmapCache:
         with self._lock:
             half, previous = self._halves()
             half.readers, previous.readers = half.readers + 1, previous.readers + 1
+            # another thread that began when this half was the current one may go on to add tiles to it
+            known = previous.begin, previous.row_of, previous.heights
         try:
-            self._serve(half, previous, cell, (begin, end), tile, evaluate)
+            self._serve(half, known, cell, (begin, end), tile, evaluate)
         finally:
             with self._lock:
                 half.readers, previous.readers = half.readers - 1, previous.readers - 1
 
     def _serve(
-        self, half: _Half, previous: _Half, cell: float, extent: tuple[TileNumber, TileNumber],
+        self, half: _Half, previous: HalfView, cell: float, extent: tuple[TileNumber, TileNumber],
         tile: Callable[[int, int], NDArray[np.floating]],
         evaluate: Callable[[HeightmapTiles, NDArray[np.bool_]], bool],
     ) -> None:  # fmt: skip
@@ -168,7 +174,7 @@ class HeightmapCache:
                 missing[0, 0] = False
             new_tiles, again = {}, 0
             for number in map(tuple, (np.array(corner) + np.argwhere(missing)).tolist()):
-                cached = previous.find(*number) if previous is not half else None
+                cached = _find(previous, *number)
                 again += cached is None and number in self._deleted
                 new_tiles[number] = tile(*number) if cached is None else cached
                 half.copied += cached is not None
