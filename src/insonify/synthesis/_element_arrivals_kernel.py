@@ -309,6 +309,17 @@ def _gather_gains(
         gain[k] = receive_legs.gain[pair[p, 2], pattern, n] if pattern >= 0 else np.float32(0)
 
 
+@njit(error_model="numpy")
+def _gather_expansion(
+    echo: NDArray[np.int32], part_start: int, pair: Integers, receive_legs: ReceiveLegs, expansion: Floats
+) -> None:
+    """Deviations of some echoes from spherical wavefronts, (terms, count or more); no terms in homogeneous water."""
+    for k in range(echo.size if expansion.shape[0] > 0 else 0):
+        p, n = echo[k] // _PART, part_start + echo[k] % _PART
+        for t in range(expansion.shape[0]):
+            expansion[t, k] = receive_legs.expansion[pair[p, 1], t, n]
+
+
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _partition_series(
     series: EchoSeries, source_weight: Singles, count: int, reception: Reception, sector: ArraySector,
@@ -432,11 +443,7 @@ def deposit_on_elements(
             count = min(TILE, near if gathers else total - tile)
             echo, wide = order.echo[tile : tile + count], whole_vectors(count)
             _gather_echoes(echo, begin, legs, uniform, columns, source_weight)
-            if water.is_layered:
-                for k in range(count):
-                    p, n = echo[k] // _PART, begin + echo[k] % _PART
-                    for t in range(expansion.shape[0]):
-                        expansion[t, k] = receive_legs.expansion[pair[p, 1], t, n]
+            _gather_expansion(echo, begin, pair, receive_legs, expansion)
             in_sector = 0
             if is_straight:
                 fill_series(columns, echoes_at_nodes, wide, nodes, water, basis, series)
@@ -473,12 +480,10 @@ def deposit_on_elements(
                     used_gain = no_gain if uniform else gain[:count]
                     _fill_spikes(second, third, used_gain, last, cells_per_cycle, echoes, spikes, (first, stop, row))
                 batch, number = slice(first, _SPIKES), stop - first
-                first_cell, fraction, coordinate = (
-                    spikes.first_cell[batch],
-                    spikes.fraction[batch],
-                    spikes.mixed[2, batch],
-                )
-                weight = spikes.weight[2 * first :]
+                first_cell, fraction, coordinate, weight = (
+                    spikes.first_cell[batch], spikes.fraction[batch], spikes.mixed[2, batch],
+                    spikes.weight[2 * first :],
+                )  # fmt: skip
                 if gathers:
                     gather_moments(cells, moments, window, e, at_once, ROW, first_cell, fraction, weight, coordinate,
                                    basis, number)  # fmt: skip
