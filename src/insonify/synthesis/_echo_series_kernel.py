@@ -47,7 +47,7 @@ class EchoSeries(NamedTuple):
     """Times of arrival [s], (terms, tile)."""
     single: Singles
     """Spreading ratio and coordinate in the waveform basis [1], (2, terms, tile)."""
-    bow: float
+    half_curvature: float
     """Half the second derivative of the third polynomial: 1 of powers, 2 of Chebyshev polynomials."""
     motion: Floats
     """Position, velocity and acceleration of the array's middle, and of its end re that, (6, 3)."""
@@ -83,9 +83,9 @@ def inverse_half_range(basis: BasisWeights) -> float:
 def series_along(nodes: ApertureNodes, water: ArrayWater, basis: BasisWeights) -> tuple[EchoSeries, Floats]:
     """Work arrays for series along an array, and their polynomials at elements and points, (elements + p, terms)."""
     count, coordinate = nodes.series.shape[0], nodes.polynomials
-    motion, bow, polynomials = np.zeros((6, 3)), 2.0, coordinate
+    motion, half_curvature, polynomials = np.zeros((6, 3)), 2.0, coordinate
     if 0 < count < MOST_POWERS and not water.is_layered:
-        bow = 1.0
+        half_curvature = 1.0
         for row, part in enumerate((nodes.position, nodes.velocity, nodes.acceleration)):
             motion[row], motion[row + 3] = nodes.series[0] @ part, nodes.series[1] @ part
         polynomials = np.ones((len(coordinate), count + 1))  # powers converge more slowly
@@ -95,7 +95,7 @@ def series_along(nodes: ApertureNodes, water: ArrayWater, basis: BasisWeights) -
     doppler = np.empty((rows, TILE))
     doppler[:] = basis.centre_doppler
     series = EchoSeries(
-        np.empty((most, TILE)), np.empty((2, most, TILE), np.float32), bow, motion, np.empty((rows, TILE)),
+        np.empty((most, TILE)), np.empty((2, most, TILE), np.float32), half_curvature, motion, np.empty((rows, TILE)),
         np.empty((rows, TILE), np.float32), np.empty((rows, TILE), np.float32), doppler,
     )  # fmt: skip
     return series, polynomials
@@ -133,7 +133,7 @@ def fill_series(
         basis: Waveform basis.
         series: Result: the series.
     """
-    if series.bow == 1.0:
+    if series.half_curvature == 1.0:
         _series_of_spheres(columns, count, series.motion, water, basis, series)
         return
     for k in range(nodes.series.shape[0]):
@@ -187,12 +187,12 @@ def _series_of_spheres(
     """
     slowness, attenuation, pulse_middle = water.slowness, water.attenuation, water.pulse_middle
     c, middle, inverse_range = 1 / slowness, basis.centre_doppler, inverse_half_range(basis)
-    own, time, single = columns.reshape(-1), series.time.reshape(-1), series.single.reshape(-1)
+    echo, time, single = columns.reshape(-1), series.time.reshape(-1), series.single.reshape(-1)
     px, py, pz, vx, vy, vz = motion[0, 0], motion[0, 1], motion[0, 2], motion[1, 0], motion[1, 1], motion[1, 2]
     ax, ay, az, hx, hy, hz = motion[2, 0], motion[2, 1], motion[2, 2], motion[3, 0], motion[3, 1], motion[3, 2]
     wx, wy, wz, bx, by, bz = motion[4, 0], motion[4, 1], motion[4, 2], motion[5, 0], motion[5, 1], motion[5, 2]
     for m in range(count):
-        delay, r, u, v, w = own[m], own[2 * TILE + m], own[4 * TILE + m], own[5 * TILE + m], own[6 * TILE + m]
+        delay, r, u, v, w = echo[m], echo[2 * TILE + m], echo[4 * TILE + m], echo[5 * TILE + m], echo[6 * TILE + m]
         rate = 1 - _dot(u, v, w, vx, vy, vz) * slowness
         half = 0.5 * delay
         x, y, z = px + delay * (vx + half * ax), py + delay * (vy + half * ay), pz + delay * (vz + half * az)
@@ -209,19 +209,19 @@ def _series_of_spheres(
         v_x, v_y, v_z = vx + tau * ax, vy + tau * ay, vz + tau * az
         h_x, h_y, h_z = hx + tau * (wx + half * bx), hy + tau * (wy + half * by), hz + tau * (wz + half * bz)
         w_x, w_y, w_z = wx + tau * bx, wy + tau * by, wz + tau * bz
-        approach, pull, square = (
+        range_velocity, range_acceleration, speed_square = (
             _dot(x, y, z, v_x, v_y, v_z),
             _dot(x, y, z, ax, ay, az),
             _dot(v_x, v_y, v_z, v_x, v_y, v_z),
         )
-        turn = _dot(x, y, z, w_x, w_y, w_z) - _dot(h_x, h_y, h_z, v_x, v_y, v_z)
-        swing = _dot(h_x, h_y, h_z, w_x, w_y, w_z)
+        linear_rate = _dot(x, y, z, w_x, w_y, w_z) - _dot(h_x, h_y, h_z, v_x, v_y, v_z)
+        end_velocity = _dot(h_x, h_y, h_z, w_x, w_y, w_z)
         cross = 2 * _dot(v_x, v_y, v_z, w_x, w_y, w_z) + _dot(h_x, h_y, h_z, ax, ay, az) - _dot(x, y, z, bx, by, bz)
-        inverse = 1 / (distance * (distance * c + approach))
+        inverse = 1 / (distance * (distance * c + range_velocity))
         scale = distance * inverse
         f, b, q, g = (
-            0.5 * _dot(h_x, h_y, h_z, h_x, h_y, h_z) * scale, -turn * scale, 0.5 * (square - c * c - pull) * scale,
-            swing * scale,
+            0.5 * _dot(h_x, h_y, h_z, h_x, h_y, h_z) * scale, -linear_rate * scale,
+            0.5 * (speed_square - c * c - range_acceleration) * scale, end_velocity * scale,
         )  # fmt: skip
         d1 = -_dot(x, y, z, h_x, h_y, h_z) * scale
         d2 = f + b * d1 + q * d1 * d1
@@ -235,7 +235,7 @@ def _series_of_spheres(
         time[3 * TILE + m], time[4 * TILE + m], time[5 * TILE + m] = d3, d4, d5
         time[6 * TILE + m], time[7 * TILE + m], time[8 * TILE + m] = d6, d7, d8
         # one over the distance: its series over its first term
-        closer, per = (distance * c + approach) * inverse, -c * (distance * c + approach) * inverse
+        closer, per = (distance * c + range_velocity) * inverse, -c * (distance * c + range_velocity) * inverse
         y1, y2, y3, y4, y5, y6 = per * d1, per * d2, per * d3, per * d4, per * d5, per * d6
         g1 = y1
         g2 = y2 + y1 * g1
@@ -251,11 +251,16 @@ def _series_of_spheres(
         single[4 * TILE + m] = level * g4 + loss * (y4 + g1 * y3 + g2 * y2 + g3 * y1)
         single[5 * TILE + m] = level * g5 + loss * (y5 + g1 * y4 + g2 * y3 + g3 * y2 + g4 * y1)
         single[6 * TILE + m] = level * g6 + loss * (y6 + g1 * y5 + g2 * y4 + g3 * y3 + g4 * y2 + g5 * y1)
-        follow = pull - square
-        n0, n1, n2, n3 = approach, turn + d1 * follow, d2 * follow - swing - d1 * cross, d3 * follow
-        stretch = own[7 * TILE + m]
-        size = slowness * closer * stretch * inverse_range
-        single[MOST_POWERS * TILE + m] = size * n0 + (stretch - 1 - middle) * inverse_range
+        range_rate_change = range_acceleration - speed_square
+        n0, n1, n2, n3 = (
+            range_velocity,
+            linear_rate + d1 * range_rate_change,
+            d2 * range_rate_change - end_velocity - d1 * cross,
+            d3 * range_rate_change,
+        )
+        transmit_doppler = echo[7 * TILE + m]
+        size = slowness * closer * transmit_doppler * inverse_range
+        single[MOST_POWERS * TILE + m] = size * n0 + (transmit_doppler - 1 - middle) * inverse_range
         single[(MOST_POWERS + 1) * TILE + m] = size * (n1 + g1 * n0)
         single[(MOST_POWERS + 2) * TILE + m] = size * (n2 + g1 * n1 + g2 * n0)
         single[(MOST_POWERS + 3) * TILE + m] = size * (n3 + g1 * n2 + g2 * n1 + g3 * n0)

@@ -236,7 +236,7 @@ def _fill_spikes(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _partition_by_sector(
-    slope: Floats, curvature: Floats, count: int, bow: float, centre_delay: Floats, sector: ArraySector,
+    slope: Floats, curvature: Floats, count: int, half_curvature: float, centre_delay: Floats, sector: ArraySector,
     new_index: NDArray[np.int32],
 ) -> int:  # fmt: skip
     """New index of each echo, those of the sector before the others; return their number.
@@ -245,7 +245,7 @@ def _partition_by_sector(
         slope: Linear term of the delay along the array [s], (count or more,).
         curvature: Quadratic term [s], (count or more,).
         count: Number of echoes.
-        bow: Phase at the array's ends by the quadratic term [rad/s].
+        half_curvature: Phase at the array's ends by the quadratic term [rad/s].
         centre_delay: Their delays at the array's centre [s], (count or more,).
         sector: The sector.
         new_index: Result: new index of each echo, (count or more,).
@@ -254,7 +254,8 @@ def _partition_by_sector(
     for m in range(count):
         within = (
             abs(slope[m]) <= sector.max_delay_slope
-            and abs(bow * curvature[m] - sector.curvature_phase / centre_delay[m]) <= sector.max_residual_phase
+            and abs(half_curvature * curvature[m] - sector.curvature_phase / centre_delay[m])
+            <= sector.max_residual_phase
         )
         new_index[m] = in_sector if within else -1
         in_sector += within
@@ -342,7 +343,13 @@ def _partition_series(
     _locate_centres(series.time[0], whole_vectors(count), reception, unsorted)
     if sector.point_count > 0:
         in_sector = _partition_by_sector(
-            series.time[1], series.time[2], count, 2 * math.pi * series.bow * frequency, centre_delay, sector, new_index
+            series.time[1],
+            series.time[2],
+            count,
+            2 * math.pi * series.half_curvature * frequency,
+            centre_delay,
+            sector,
+            new_index,
         )
     else:
         for m in range(count):
