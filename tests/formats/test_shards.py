@@ -132,6 +132,32 @@ def test_killed_while_it_packs_nothing_is_lost(
     assert contents(path) == contents(serial)
 
 
+def test_a_ping_written_twice_leaves_no_unfinished_file(tmp_path: Path) -> None:
+    """Both entries are names of the same file, and a renaming between two names of one file does nothing."""
+    path = tmp_path / "a.zarr"
+    writer(path)
+    for _ in range(2):
+        write_ping(path, 3, sound(3))
+    assert not list(path.rglob("*.partial"))
+
+
+def test_an_entry_is_written_while_another_writer_deletes_the_file_it_would_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At every attempt: a writer that packs the last shard deletes that file, between a look at it and its new name."""
+    path, link = tmp_path / "a.zarr", os.link
+    writer(path)
+
+    def late(first: str, file: str) -> None:
+        os.unlink(first)
+        link(first, file)
+
+    monkeypatch.setattr(os, "link", late)
+    for ping in range(3):
+        write_ping(path, ping, sound(ping))
+    np.testing.assert_array_equal(open_recording(path).pressure[:3], [sound(k) for k in range(3)])
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
 def test_twenty_processes_are_killed_and_the_recording_is_the_serial_one(serial: Path, tmp_path: Path) -> None:
     """Five parts, three at a time and one of them twice, 20 of these processes killed by SIGKILL: the same bytes."""

@@ -11,7 +11,6 @@ import math
 import os
 import time as clock
 import uuid
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
@@ -169,21 +168,20 @@ def put_chunks(chunks: Iterable[tuple[str, bytes]], confirm: Confirm = _confirme
         chunks: Path of the file of each chunk, and its bytes, compressed.
         confirm: Function that raises an error where the path is that of another recording by now.
     """
-    pending = deque[tuple[str, str]]()
+    pending: list[tuple[str, str]] = []
     try:
         for file, content in chunks:
             folder, name = os.path.split(file)
             pending.append((os.path.join(folder, f".{name}.{uuid.uuid4().hex}.partial"), file))
             _create(pending[-1][0], content, confirm)
         confirm()
-        while pending:
-            os.replace(*pending[0])
-            pending.popleft()
+        for aside, file in pending:
+            os.replace(aside, file)
     except FileNotFoundError:
         confirm()
         raise
     finally:
-        for aside, _ in pending:
+        for aside, _ in pending:  # also after a renaming: one between two names of the same file does nothing
             Path(aside).unlink(missing_ok=True)
 
 
@@ -212,9 +210,7 @@ def _write(file: str, content: bytes) -> None:
                 os.replace(aside, first)
             os.link(first, file)
             return
-        except FileNotFoundError:
-            raise
-        except OSError:  # no second names here, or no more of them
+        except OSError:  # no second names here, no more of them, or another writer has deleted the first one
             pass
     Path(file).write_bytes(content)
 
