@@ -225,6 +225,51 @@ def test_soundings_that_vary_become_a_grid(tmp_path):
         grid.write(tmp_path / "a.npz")
 
 
+class DamagedSurvey(Survey):
+    """The same with a few numbers and names that no sonar states."""
+
+    instrument = Instrument("Maker", "EM\x7f\x00 2040")
+
+    def read(self, group, pings=slice(None)):
+        """Every other beam of the first ping is wrong in one variable."""
+        data = super().read(group, slice(None)).copy(deep=True)
+        wrong = {
+            "travel_time": (np.inf, 1e36),
+            "forward": (3e38, -1e9),
+            "depth": (1e30, -2e5),
+            "gain": (np.nan, np.inf),
+        }
+        for row, (name, values) in enumerate(wrong.items()):
+            for number, value in enumerate(values):
+                data[name][0, 4 * row + 2 * number] = value
+        return data.isel(ping=pings)
+
+    def sound_speed_profiles(self):
+        """One depth twice, and one below any sea."""
+        depth, speed = [0, 5, 5.0001, 20, 2e38], [1500.0, 1501, 1502, 1503, 1504]
+        return (xr.Dataset({"sound_speed": ("depth", speed)}, {"depth": np.array(depth)}),)
+
+
+def test_damaged_numbers_and_names_leave_a_scenario_that_loads(tmp_path):
+    """Grid, window and gains are those of the sound soundings."""
+    sound, damaged = Survey(tmp_path / "a", sloping), DamagedSurvey(tmp_path / "a", sloping)
+    start = np.array(navigation_log(sound).splitlines()[1].split(",")[1:3], float)
+    grid, expected = soundings_grid(damaged, *start), soundings_grid(sound, *start)
+    assert np.interp(9, grid.north, grid.depth[:, 40]) == pytest.approx(
+        np.interp(9, expected.north, expected.depth[:, 40]), abs=0.1
+    )
+    scenarios = []
+    for survey in (sound, damaged):
+        (tmp_path / "a.yaml").write_text(scenario_text(survey, "a"))
+        scenarios.append(load_scenario(tmp_path / "a.yaml"))
+    whole, partial = scenarios
+    assert "EM?? 2040" in (tmp_path / "a.yaml").read_text()
+    assert partial.track.window[1] == pytest.approx(whole.track.window[1], rel=0.05)
+    assert partial.seabed.depth == pytest.approx(whole.seabed.depth, rel=0.01)
+    curves = [np.array(each.sonar.recorder.stages[0].curve) for each in scenarios]
+    np.testing.assert_allclose(curves[1], curves[0], rtol=0.05)
+
+
 def test_the_antenna_of_a_real_multibeam_is_not_its_transducer():
     """EM2040: soundings, stated re the antenna, lie ahead by the lever arm (tilt and pitch: 0.3 m); the log is smooth.
 

@@ -478,7 +478,8 @@ def _profile(content: bytes) -> xr.Dataset:
     """Sound-speed profile of an #SVP datagram."""
     head, offset = _part(content, layouts.PROFILE, layouts.HEADER.itemsize)
     points = records(content, layouts.PROFILE_POINT, offset, int(head["count"]))
-    depth = variable("depth", points["depth"].astype(float), "m", "depth below the water line")
+    with np.errstate(invalid="ignore"):  # signalling NaN of a damaged file
+        depth = variable("depth", points["depth"].astype(float), "m", "depth below the water line")
     about = {"time": float(head["seconds"]), "time_units": TIME_UNIT}
     about |= {name: float(head[name]) * DEGREE for name in ("latitude", "longitude") if abs(head[name]) <= 180}
     return xr.Dataset(along("depth", points, _PROFILE), {"depth": depth}, about)

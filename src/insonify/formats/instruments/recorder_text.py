@@ -3,9 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insonify.formats.instruments.scenario_values import ScenarioValues, Stated
 from insonify.formats.instruments.sound_metrics_aris import DECIBELS_PER_COUNT
+
+Floats = NDArray[np.float64]
 
 CURVE_POINTS = 12
 """Most rows of a curve of stated gains."""
@@ -85,20 +88,26 @@ def _steps(values: ScenarioValues, bits: int, step: float, more: str = "") -> St
 
 def _stated_gain(values: ScenarioValues, otherwise: Stated) -> Stated:
     """Gain of a multibeam by its stated values at the detections, as a curve over range."""
-    if "gain" not in values.data or "travel_time" not in values.data:
+    slant, gain = _detected_gains(values)
+    if not slant.size:
         absorption = values.median("absorption")
         if absorption is None:
             return otherwise
         return Stated(f"{{kind: gain, tvg_db_per_decade: 40, absorption_db_per_m: {absorption:.4g}}}",
                       f"40 log R assumed; {values.group}: absorption")  # fmt: skip
-    slant = values.data["travel_time"].values.ravel() * values.sound_speed / 2
-    gain, ours = values.data["gain"].values.ravel(), slice(None)
-    if "sector" in values.data:
-        ours = values.data["sector"].values.ravel() == values.sector
-    slant, gain = slant[ours], gain[ours]
-    known = np.isfinite(slant) & np.isfinite(gain)
-    slant, gain = slant[known], gain[known]
     parts = np.array_split(np.argsort(slant), min(CURVE_POINTS, slant.size))
     rows = {round(float(np.median(slant[part])), 2): round(float(np.median(gain[part])), 1) for part in parts}
     curve = ", ".join(f"[{at:g} m, {db:g} dB]" for at, db in rows.items())
     return Stated(f"{{kind: gain, curve: [{curve}]}}", f"{values.group}: gain at the detections of the sector")
+
+
+def _detected_gains(values: ScenarioValues) -> tuple[Floats, Floats]:
+    """Slant ranges [m] and gains [dB] of the detections of the sector, shape (n,) each; none where a file has none."""
+    if "gain" not in values.data or "travel_time" not in values.data:
+        return np.empty(0), np.empty(0)
+    slant = values.data["travel_time"].values.ravel().astype(float) * values.sound_speed / 2
+    gain = values.data["gain"].values.ravel()
+    known = np.isfinite(slant) & np.isfinite(gain)
+    if "sector" in values.data:
+        known &= values.data["sector"].values.ravel() == values.sector
+    return slant[known], gain[known]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from insonify.formats.instruments.instrument_file import InstrumentFile
 from insonify.formats.instruments.recorder_text import recorder_lines, source_level
 from insonify.formats.instruments.scenario_values import ScenarioValues, Stated, preferred_group
+from insonify.scene.terrain.bathymetry_file import DEEPEST
 
 Floats = NDArray[np.float64]
 
@@ -48,10 +49,11 @@ def scenario_text(
         "# Behind each value stands where it comes from; `assumed` marks what the file does not state: check those.\n"
         f"{_sector_note(values)}\n"
     )
-    return "".join(
+    text = "".join(
         (head, f"title: {title}\nseed: 1\n\n", _water(values), _seabed(values, bathymetry), _sonar(values),
          _track(values, log), "\npaths: {max_reflections: 2} # assumed\n\nfield: coherent\n")
     )  # fmt: skip
+    return "".join(sign if sign.isprintable() or sign == "\n" else "?" for sign in text)  # names of a damaged file
 
 
 def _water(values: ScenarioValues) -> str:
@@ -60,7 +62,7 @@ def _water(values: ScenarioValues) -> str:
     profiles = values.file.sound_speed_profiles()
     knots = _knots(profiles[0], values.seabed_depth().number) if profiles else []
     if len(knots) > 1:
-        text += f"  profile: {[[round(d, 3), round(c, 3)] for d, c in knots]} # the file's first sound-speed profile\n"
+        text += f"  profile: {[list(knot) for knot in knots]} # the file's first sound-speed profile\n"
     else:
         text += values.stated("sound_speed", "m/s", 1500.0).line("sound_speed")
     for key, name, unit in (("temperature", "temperature", "degC"), ("salinity", "salinity", "")):
@@ -72,8 +74,8 @@ def _water(values: ScenarioValues) -> str:
 def _knots(profile: xr.Dataset, seabed: float) -> list[tuple[float, float]]:
     """Knots of a profile down to the first below the seabed, those without a plausible sound speed left out."""
     depth, speed = (np.asarray(profile[name].values, float) for name in ("depth", "sound_speed"))
-    good = np.isfinite(depth) & np.isfinite(speed) & (speed > 1300) & (speed < 1700) & (depth >= 0)
-    depth, speed = depth[good], speed[good]
+    good = np.isfinite(depth) & np.isfinite(speed) & (speed > 1300) & (speed < 1700) & (depth >= 0) & (depth <= DEEPEST)
+    depth, speed = np.round(depth[good], 3), np.round(speed[good], 3)
     rising = np.concatenate([[True], np.diff(np.maximum.accumulate(depth)) > 0]) if depth.size else np.empty(0, bool)
     depth, speed = depth[rising], speed[rising]
     last = int(np.searchsorted(depth, seabed)) + 1

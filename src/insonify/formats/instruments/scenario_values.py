@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from insonify.formats.instruments.instrument_file import InstrumentFile, Setting
 from insonify.formats.store_description import StoreError
+from insonify.scene.terrain.bathymetry_file import DEEPEST
+from insonify.sonar.track import MAX_WINDOW
 
 Floats = NDArray[np.float64]
 
@@ -15,6 +17,7 @@ PINGS_READ = 64
 """Pings from which settings are taken; the median counts."""
 _BLANKED = 1.0  # m in front of a transducer that are not searched for the seabed
 _DRAFT = 2.0  # m, assumed depth of a sonar without one
+_BEHIND_LONGEST = 1.3  # stop of the recorded time re the longest travel time
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +165,7 @@ class ScenarioValues:
 
     def seabed_depth(self) -> Stated:
         """Depth of the seabed below the water surface."""
-        if (depth := self.median("depth")) and "travel_time" in self.data:
+        if (depth := self.median("depth")) and 0 < depth <= DEEPEST and "travel_time" in self.data:
             return _metres(depth, f"{self.group}: depth, median of the soundings")
         if (rate := self.median("sample_rate")) and "detected_sample" in self.data:
             below = self.data["detected_sample"] * np.cos(self.data["beam_angle"]) * (self.sound_speed / 2 / rate)
@@ -172,7 +175,9 @@ class ScenarioValues:
             return _metres(altitude + self.depth.number, f"{self.group}: altitude, plus depth of the sonar")
         if "voltage" in self.data:
             first, step = self.median("first_range") or 0.0, self.median("range_step") or 0.0
-            amplitude = np.sqrt(np.nanmean(np.abs(self.data["voltage"].mean("sector").values) ** 2, axis=0))
+            amplitude = np.sqrt(
+                np.nanmean(np.abs(self.data["voltage"].mean("sector").values.astype(complex)) ** 2, axis=0)
+            )
             near = max(int((_BLANKED - first) / step), 0) + 1 if step > 0 else amplitude.size
             if near < amplitude.size:
                 pulse = first + step * leading_edge(amplitude[:near])
@@ -192,8 +197,10 @@ class ScenarioValues:
     def window(self) -> Stated:
         """Start and stop of the recorded time; the number is the stop [ms]."""
         if (longest := self._longest_travel_time()) is not None:
-            stop = 1.3e3 * longest
-            return Stated(f"[0 ms, {stop:.4g} ms]", f"{self.group}: 1.3 times the longest travel_time", stop)
+            stop = 1e3 * _BEHIND_LONGEST * longest
+            return Stated(
+                f"[0 ms, {stop:.4g} ms]", f"{self.group}: {_BEHIND_LONGEST:g} times the longest travel_time", stop
+            )
         count = self.data.sizes.get("sample", 0)
         step = self.median("sample_interval")
         if step is None and (rate := self.median("sample_rate")):
@@ -210,7 +217,8 @@ class ScenarioValues:
         if "travel_time" not in self.data:
             return None
         value = np.asarray(self.data["travel_time"].values, float)
-        return float(np.nanmax(value)) if np.isfinite(value).any() else None
+        possible = value[value * _BEHIND_LONGEST <= MAX_WINDOW]  # a damaged file states any number
+        return float(possible.max()) if possible.size else None
 
 
 def filter_response(pings: xr.Dataset) -> NDArray[np.complex128]:

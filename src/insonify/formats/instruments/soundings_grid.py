@@ -10,7 +10,7 @@ from insonify.formats.instruments.instrument_file import InstrumentFile
 from insonify.formats.instruments.navigation_text import active_rows
 from insonify.formats.instruments.scenario_values import PINGS_READ
 from insonify.frames import pose_rotation
-from insonify.scene.terrain.bathymetry_file import metres_per_degree
+from insonify.scene.terrain.bathymetry_file import DEEPEST, metres_per_degree
 
 Floats = NDArray[np.float64]
 
@@ -19,6 +19,7 @@ MOST_NODES = 1_000_000
 FINEST_CELL = 0.25
 """Smallest side of a cell [m]."""
 _REACH = 1.3  # longest slant range that is recorded, re that of the soundings
+_FARTHEST = 1e5  # m from the first fix: where a local plane is no chart any more, and damaged soundings may lie
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,14 +58,14 @@ def soundings_grid(file: InstrumentFile, latitude: float, longitude: float) -> S
         return None
     parts = [_positions(file, first, latitude, longitude) for first in range(0, file.groups["soundings"], PINGS_READ)]
     north, east, depth, slant = np.concatenate(parts, axis=1)
-    known = np.isfinite(north) & np.isfinite(east) & np.isfinite(depth)
+    known = (np.hypot(north, east) < _FARTHEST) & (np.abs(depth) < DEEPEST)  # False of NaN
     north, east, depth = north[known], east[known], depth[known]
     if depth.size < 3:
         return None
     typical = float(np.median(depth))
     if np.quantile(np.abs(depth - typical), 0.95) <= np.hypot(0.25, 0.0075 * typical):
         return None
-    reach = _REACH * float(np.nanmax(slant))
+    reach = _REACH * float(slant[slant < _FARTHEST].max(initial=0.0))
     return _gridded(north, east, depth, reach)
 
 
@@ -87,10 +88,11 @@ def _positions(file: InstrumentFile, first: int, latitude: float, longitude: flo
                 + offset / size
                 for name, offset, size in zip(("latitude", "longitude"), moved, metres, strict=True)
             ]
-    north, east = ((degrees - zero) * size
-                   for degrees, zero, size in zip(coordinates, (latitude, longitude), metres, strict=True))  # fmt: skip
+    with np.errstate(over="ignore"):  # positions of a damaged file
+        axes = zip(coordinates, (latitude, longitude), metres, strict=True)
+        north, east = ((degrees - zero) * size for degrees, zero, size in axes)
     speed = data["sound_speed"].values[:, None] if "sound_speed" in data else 1500.0
-    slant = data["travel_time"].values * speed / 2 if "travel_time" in data else depth
+    slant = data["travel_time"].values.astype(float) * speed / 2 if "travel_time" in data else depth
     return np.stack([values.ravel() for values in np.broadcast_arrays(north, east, depth, slant)])
 
 
