@@ -12,6 +12,8 @@ from insonify.scattering import (
     elastic_reflection_coefficient,
     reflection_coefficient,
 )
+from insonify.scattering._reflection_kernel import reflect_off_fluid
+from insonify.scattering.sediments import GRAIN_SIZE, STONES
 
 SAND = Sediment.named("medium sand")
 MUD = Sediment.named("silty clay")
@@ -160,3 +162,14 @@ def test_roughness_takes_what_gaussian_heights_take():
     mean = np.sum(weights * np.exp(2j * k * rms * nodes * np.sin(grazing))) / np.sqrt(2 * np.pi)
     assert coherent_reflection_factor(100e3, rms, grazing, sound_speed=1480) == pytest.approx(mean.real, rel=1e-9)
     assert coherent_reflection_factor(100e3, 0.0, grazing) == 1
+
+
+def test_the_kernel_and_its_stand_in_agree_to_the_bit():
+    """For every sediment with a name, at grazing 0, at gaps and at random angles."""
+    sine = np.concatenate([[0.0, 1.0, np.nan, 1e-13], np.random.default_rng(1).uniform(0, 1, 500)])
+    for name in (*GRAIN_SIZE, *STONES):
+        sediment, found = Sediment.named(name), np.empty((2, sine.size), complex)
+        offset = complex(((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1)
+        reflect_off_fluid.dispatcher(sine, sediment.density_ratio, offset, found[0])
+        reflect_off_fluid._stand_in(sine, sediment.density_ratio, offset, found[1])
+        np.testing.assert_array_equal(*found)

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.scattering._reflection_kernel import LEAST_ROOT, LEAST_SINE, reflect_off_fluid
 from insonify.scattering.sediments import Sediment, checked_sediment
 from insonify.validity import require_grazing_angle, require_number, require_numbers, require_sound_speed
 
 Complexes = NDArray[np.complex128]
-LEAST_SINE = 1e-12
-"""Smallest sine of a grazing angle, which keeps the limit at 0 finite [1]."""
-_LEAST = 1e-150
 
 
 def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
@@ -42,11 +40,21 @@ def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
 
 def reflection_coefficient_at_sine(sediment: Sediment, sine: ArrayLike) -> Complexes:
     """Pressure reflection coefficient from the sine of the grazing angle [1], any shape, unchecked."""
+    sine = np.asarray(sine, dtype=float)
+    coefficient = np.empty(sine.shape, complex)
+    reflect_off_fluid(sine.ravel(), sediment.density_ratio, _offset(sediment), coefficient.reshape(-1))
+    return coefficient
+
+
+@reflect_off_fluid.stand_in
+def _reflect_off_fluid(
+    sine: NDArray[np.float64], density_ratio: float, offset: complex, coefficient: Complexes
+) -> None:
+    """Reflection coefficients of a fluid sediment, as from the kernel `reflect_off_fluid`."""
     sine = np.maximum(sine, LEAST_SINE)
-    vertical = vertical_wavenumber(sediment, sine)
-    from_above = sediment.density_ratio * sine
+    vertical, from_above = _root(offset, sine), density_ratio * sine
     with np.errstate(invalid="ignore"):  # a gap stays a gap
-        return np.asarray(np.conj((from_above - vertical) / (from_above + vertical)))
+        coefficient[:] = np.conj((from_above - vertical) / (from_above + vertical))
 
 
 def vertical_wavenumber(sediment: Sediment, sine: ArrayLike) -> Complexes:
@@ -62,10 +70,19 @@ def vertical_wavenumber(sediment: Sediment, sine: ArrayLike) -> Complexes:
 
     Source: APL-UW TR 9407 (1994), eqs. 31-33.
     """
-    offset = ((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1
-    real, imaginary = offset.real + np.asarray(sine, dtype=float) ** 2, offset.imag
+    return _root(_offset(sediment), np.asarray(sine, dtype=float))
+
+
+def _offset(sediment: Sediment) -> complex:
+    """kappa^2 - 1, with kappa the wavenumber in the sediment over that in the water [1]."""
+    return complex(((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1)
+
+
+def _root(offset: complex, sine: NDArray[np.float64]) -> Complexes:
+    """Root of an offset plus squares of sines, shape of `sine` [1]."""
+    real, imaginary = offset.real + sine**2, offset.imag
     # the root by real numbers: the library's complex one takes five times as long
-    larger = np.maximum(np.sqrt((np.sqrt(real**2 + imaginary**2) + np.abs(real)) / 2), _LEAST)
+    larger = np.maximum(np.sqrt((np.sqrt(real**2 + imaginary**2) + np.abs(real)) / 2), LEAST_ROOT)
     smaller, steep = imaginary / (2 * larger), real >= 0
     root = np.empty(real.shape, complex)
     root.real, root.imag = np.where(steep, larger, smaller), np.where(steep, smaller, larger)
