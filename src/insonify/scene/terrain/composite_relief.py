@@ -41,6 +41,10 @@ class CompositeRelief(Relief):
         """Height and gradient of the resolved terrain, see `Relief.sample`."""
         return self.resolved.sample(north, east)
 
+    def height(self, north: ArrayLike, east: ArrayLike) -> Floats:
+        """Height of the resolved terrain, see `Relief.height`."""
+        return self.resolved.height(north, east)
+
     @property
     def span(self) -> tuple[float, float]:
         """Lowest and highest height of the resolved terrain [m], see `Relief.span`."""

@@ -126,17 +126,20 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
     offset_a, offset_b = band.offset_a, band.offset_b
     frame = c, s, per_pitch, offset_a, offset_b
     max_groups, end = _MAX_GROUPS, 0
-    if _shared_window(x, y, 0, max_groups, frame)[3] == 0:
-        last, _, _, rows, groups = _shared_window(x, y, 0, min(6 * x.size, _MAX_COMMON_GROUPS), frame)
-        if last == x.size and rows > 0:  # not in sequence, but all in one window
-            max_groups = max(max_groups, rows * groups)
+    window = _shared_window(x, y, 0, max_groups, frame)
+    if window[3] == 0:
+        common = _shared_window(x, y, 0, min(6 * x.size, _MAX_COMMON_GROUPS), frame)
+        if common[0] == x.size and common[3] > 0:  # not in sequence, but all in one window
+            max_groups, window = max(max_groups, common[3] * common[4]), common
     row, group = np.empty(max_groups, np.int64), np.empty(max_groups, np.int64)
     words, node = np.empty((4, max_groups), np.uint32), np.empty(4 * max_groups)
     first_node, f, g = np.zeros(_CHUNK, np.int64), np.zeros(_CHUNK), np.zeros(_CHUNK)
     spline_values = np.empty(3 * _CHUNK)
     while end < x.size:
         first = end
-        end, first_i, first_group, rows, groups = _shared_window(x, y, first, max_groups, frame)
+        if first > 0:
+            window = _shared_window(x, y, first, max_groups, frame)
+        end, first_i, first_group, rows, groups = window
         if rows > 0:
             count, stride = _window_groups(first_i, first_group, rows, groups, row, group), 4 * groups
         else:
@@ -159,3 +162,21 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
                 out[begin + k, 0] += amplitude * spline_values[k]
                 out[begin + k, 1] += slope_amplitude * (c * along - s * across)
                 out[begin + k, 2] += slope_amplitude * (s * along + c * across)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_bands(x: Floats, y: Floats, bands: Floats, keys: NDArray[np.int64], quantiles: Floats, out: Floats) -> None:
+    """Add several bands, see `add_band`.
+
+    Args:
+        x: Positions along the first axis [m], (n,).
+        y: Positions along the second axis [m], (n,).
+        bands: Columns of `LatticeBand`, (any, 5).
+        keys: Columns of `LatticeKey`, (any, 4).
+        quantiles: Table of `normal`.
+        out: Changed: height [m] and both slopes [1], (n, 3).
+    """
+    for row in range(len(bands)):
+        band = LatticeBand(bands[row, 0], bands[row, 1], bands[row, 2], bands[row, 3], bands[row, 4])
+        key = LatticeKey(keys[row, 0], keys[row, 1], keys[row, 2], keys[row, 3])
+        add_band(x, y, band, key, quantiles, out)

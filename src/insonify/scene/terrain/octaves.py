@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify import random_keys
-from insonify.scene.terrain.lattice_noise_kernel import LatticeBand, LatticeKey, add_band
+from insonify.scene.terrain.lattice_noise_kernel import add_bands
 from insonify.scene.terrain.relief import Relief, TerrainSample, broadcast_positions
 from insonify.validity import require_numbers
 
@@ -77,12 +77,7 @@ class Octaves(Relief):
 
     def add_to(self, x: Floats, y: Floats, out: Floats) -> None:
         """Add height [m] and slopes [1] at positions [m] of shape (n,), without any check, to `out` of shape (n, 3)."""
-        k0, k1 = random_keys.stream_key(self.seed, random_keys.TERRAIN)
-        for o, (turn, shift_a, shift_b, _) in enumerate(self.placement()):
-            add_band(
-                x, y, LatticeBand(self.pitch[o], 2 * np.pi * turn, shift_a, shift_b, self.amplitude[o]),
-                LatticeKey(self.octave[o], 2 * self.layer, k0, k1), quantiles(), out,
-            )  # fmt: skip
+        add_bands(x, y, *_bands(self), quantiles(), out)
 
     @property
     def variance(self) -> float:
@@ -108,6 +103,17 @@ class Octaves(Relief):
         K = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)[..., None]
         power = (self.amplitude * self.pitch / (2 * np.pi)) ** 2
         return np.asarray(np.sum(power * spline_spectrum(K * self.pitch), axis=-1))
+
+
+@lru_cache(maxsize=64)
+def _bands(octaves: Octaves) -> tuple[Floats, NDArray[np.int64]]:
+    """Bands and keys of some octaves, as arguments of `add_bands`."""
+    turn, shift_a, shift_b, _ = octaves.placement().T
+    k0, k1 = random_keys.stream_key(octaves.seed, random_keys.TERRAIN)
+    bands = np.column_stack([octaves.pitch, 2 * np.pi * turn, shift_a, shift_b, octaves.amplitude])
+    return bands, np.array(
+        [(number, 2 * octaves.layer, k0, k1) for number in octaves.octave.tolist()], np.int64
+    ).reshape(-1, 4)
 
 
 @lru_cache(maxsize=64)

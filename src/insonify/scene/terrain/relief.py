@@ -95,6 +95,11 @@ class ReliefSum(Relief):
         position = self.scatterer_grid.from_world(np.stack(broadcast_positions(north, east), axis=-1))
         return self.to_world(self.sample_in_grid_axes(position[..., 0], position[..., 1]))
 
+    def height(self, north: ArrayLike, east: ArrayLike) -> Floats:
+        """Height of all parts together, see `Relief.height`."""
+        position = self.scatterer_grid.from_world(np.stack(broadcast_positions(north, east), axis=-1))
+        return self.sample_in_grid_axes(position[..., 0], position[..., 1]).height
+
     def sample_in_grid_axes(self, along: ArrayLike, across: ArrayLike) -> TerrainSample:
         """Height, and gradient along the grid's axes, at grid coordinates [m], any shape.
 
