@@ -5,11 +5,10 @@ import pytest
 from scipy.ndimage import spline_filter
 
 from insonify.engines._relief_specular_points_kernel import (
-    COLUMNS,
     PathEnds,
     TerrainSpline,
-    bottom_paths,
     changes_sign,
+    curved_paths,
     gradients_at_nodes,
     keep_distinct,
 )
@@ -36,8 +35,7 @@ def test_gradients_at_nodes_are_those_of_the_paths(water, stop):
     gradients_at_nodes(depth, margin, terrain, ends, gradient)
     inner = slice(margin, -margin)
     places = np.stack(np.meshgrid(north[inner], east[inner], indexing="ij"), axis=-1).reshape(-1, 2)
-    paths = np.empty((len(places), COLUMNS))
-    bottom_paths(places, terrain, ends, paths)
+    paths = curved_paths(places, terrain, ends, step)[0]
     assert np.abs(paths[:, 1:3]).max() > 0.1
     np.testing.assert_allclose(gradient.reshape(2, -1).T, paths[:, 1:3], rtol=0, atol=1e-9)
 

@@ -385,9 +385,9 @@ def test_specular_points_are_searched_for_once_per_ping_and_path(monkeypatch, tm
     assert (len(searches), len(computed)) == (2, 1)
 
 
-def all_nodes(depth, ground, _):
+def all_nodes(_, shape, ground, __):
     """Every node of the square that is searched."""
-    rows = np.indices(np.array(depth.shape) - 2 * relief_specular_points.MARGIN).reshape(2, -1).T
+    rows = np.indices(np.array(shape) - 2 * relief_specular_points.MARGIN).reshape(2, -1).T
     return np.array([ground.north, ground.east]) + (rows + relief_specular_points.MARGIN) * ground.step
 
 

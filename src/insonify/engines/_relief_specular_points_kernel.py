@@ -21,7 +21,7 @@ from insonify.propagation.layered_surface_path_kernel import (
 Floats = NDArray[np.float64]
 
 COLUMNS = 12
-"""Columns of `bottom_paths` [1]."""
+"""Columns of a path by one point [1]."""
 LENGTH, NORTH, EAST = 0, 1, 2
 """Columns of the path length [m] and of its derivatives by north and by east [1]."""
 CURVATURE, PLANE_CURVATURE = 3, 6
@@ -29,6 +29,10 @@ CURVATURE, PLANE_CURVATURE = 3, 6
 of that by its tangent plane."""
 GRAZING_SINE, DEPTH, SECANT = 9, 10, 11
 """Columns of the sine of the grazing angle [1], the depth [m] and the secant of the terrain's slope [1]."""
+BLOCK_NODES = 4
+"""Side of the blocks of nodes that are searched for changes of sign together [1]."""
+ROOT_NEIGHBOURHOOD = 1e-3
+"""Distance to a stationary point that has been found, below which further steps lead there, in steps of nodes [1]."""
 NEWTON_STEPS = 8
 """Steps towards a stationary point [1]."""
 
@@ -37,13 +41,17 @@ class TerrainSpline(NamedTuple):
     """Depth of a square of the terrain as a cubic spline over a lattice."""
 
     coefficients: Floats
-    """Coefficients of the nodes [m], (a, b)."""
+    """Coefficients of the nodes, and of others around them [m], (a, b)."""
     north: float
     """North of the first node [m]."""
     east: float
     """East of the first node [m]."""
     step: float
     """Distance of the nodes [m]."""
+    row: int = 0
+    """Row of the first node in `coefficients`."""
+    column: int = 0
+    """Column of the first node in `coefficients`."""
 
 
 class PathEnds(NamedTuple):
@@ -73,10 +81,10 @@ def depth_derivatives(
     """Depth [m]; its derivatives by north, by east [1]; second ones by north twice, both, and east twice [1/m]."""
     coefficients, per_step = terrain.coefficients, 1 / terrain.step
     x, y = (north - terrain.north) * per_step, (east - terrain.east) * per_step
-    a = min(max(math.floor(x), 1), coefficients.shape[0] - 3)
-    b = min(max(math.floor(y), 1), coefficients.shape[1] - 3)
-    along, along1, along2 = _weights(x - a)
-    across, across1, across2 = _weights(y - b)
+    a = min(max(math.floor(x) + terrain.row, 1), coefficients.shape[0] - 3)
+    b = min(max(math.floor(y) + terrain.column, 1), coefficients.shape[1] - 3)
+    along, along1, along2 = _weights(x - (a - terrain.row))
+    across, across1, across2 = _weights(y - (b - terrain.column))
     depth = north1 = east1 = north2 = both = east2 = 0.0
     for i in range(4):
         row = row1 = row2 = 0.0
@@ -139,42 +147,127 @@ def _second_derivatives(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds, row: Floats) -> None:
-    """Write the columns of the path by one point, (COLUMNS,)."""
+def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds) -> tuple[float, ...]:
+    """Columns of the path by one point, from `LENGTH` to `SECANT`."""
     depth, north1, east1, north2, both, east2 = depth_derivatives(north, east, terrain)
-    row[:] = 0.0
-    total_north = total_east = down = 0.0
+    length = total_north = total_east = down = plane_nn = plane_ne = plane_ee = 0.0
     for end in (ends.begin, ends.stop):
         gradient = _path_gradient(north, east, depth, end, ends.water)
         nn, ne, ee, nd, ed, dd = _second_derivatives(gradient, depth, ends.water)
-        row[LENGTH] += gradient[5]
+        length += gradient[5]
         total_north += gradient[0]
         total_east += gradient[1]
         down += gradient[2]
-        row[PLANE_CURVATURE] += nn + 2 * nd * north1 + dd * north1 * north1
-        row[PLANE_CURVATURE + 1] += ne + nd * east1 + ed * north1 + dd * north1 * east1
-        row[PLANE_CURVATURE + 2] += ee + 2 * ed * east1 + dd * east1 * east1
-    row[NORTH], row[EAST] = total_north + down * north1, total_east + down * east1
-    row[CURVATURE] = row[PLANE_CURVATURE] + down * north2
-    row[CURVATURE + 1] = row[PLANE_CURVATURE + 1] + down * both
-    row[CURVATURE + 2] = row[PLANE_CURVATURE + 2] + down * east2
+        plane_nn += nn + 2 * nd * north1 + dd * north1 * north1
+        plane_ne += ne + nd * east1 + ed * north1 + dd * north1 * east1
+        plane_ee += ee + 2 * ed * east1 + dd * east1 * east1
     secant = math.sqrt(1 + north1 * north1 + east1 * east1)
-    row[GRAZING_SINE] = abs(down - total_north * north1 - total_east * east1) / (2 * secant)
-    row[DEPTH], row[SECANT] = depth, secant
+    grazing_sine = abs(down - total_north * north1 - total_east * east1) / (2 * secant)
+    return (
+        length, total_north + down * north1, total_east + down * east1,
+        plane_nn + down * north2, plane_ne + down * both, plane_ee + down * east2,
+        plane_nn, plane_ne, plane_ee, grazing_sine, depth, secant,
+    )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bottom_paths(positions: Floats, terrain: TerrainSpline, ends: PathEnds, rows: Floats) -> None:
-    """Paths between two ends by n points of the terrain.
+def _principal_curvatures(nn: float, ne: float, ee: float) -> tuple[float, float, float, float]:
+    """Smaller and larger eigenvalue of a symmetric matrix of second derivatives; the larger one's unit vector.
+
+    Source: the plane rotation of LAPACK's dlaev2, exact to rounding.
+    """
+    total, difference, twice = nn + ee, nn - ee, 2 * ne
+    large, small = (nn, ee) if abs(nn) > abs(ee) else (ee, nn)
+    if abs(difference) > abs(twice):
+        root = abs(difference) * math.sqrt(1 + (twice / difference) ** 2)
+    elif abs(difference) < abs(twice):
+        root = abs(twice) * math.sqrt(1 + (difference / twice) ** 2)
+    else:
+        root = abs(twice) * math.sqrt(2.0)
+    if total == 0:
+        first, second = root / 2, -root / 2
+    else:
+        first = (total - root) / 2 if total < 0 else (total + root) / 2
+        second = (large / first) * small - (ne / first) * ne
+    leaning = difference + root if difference >= 0 else difference - root
+    if abs(leaning) > abs(twice):
+        tangent = -twice / leaning
+        sine = 1 / math.sqrt(1 + tangent * tangent)
+        cosine = tangent * sine
+    elif twice == 0:
+        cosine, sine = 1.0, 0.0
+    else:
+        tangent = -leaning / twice
+        cosine = 1 / math.sqrt(1 + tangent * tangent)
+        sine = tangent * cosine
+    if (total >= 0) == (difference >= 0):
+        cosine, sine = -sine, cosine
+    return (second, first, cosine, sine) if second <= first else (first, second, -sine, cosine)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def curved_paths(
+    positions: Floats, terrain: TerrainSpline, ends: PathEnds, reach: float
+) -> tuple[Floats, Floats, Floats]:
+    """Paths by n stationary points, and how the path length bends about each.
 
     Args:
         positions: North, east [m], (n, 2).
         terrain: Depth of the terrain.
         ends: Ends of the paths.
-        rows: Result: the columns from `LENGTH` to `SECANT`, (n, COLUMNS).
+        reach: Distance to either side within which the curvature changes evenly [m].
+
+    Returns:
+        Columns from `LENGTH` to `SECANT`, (n, COLUMNS); smaller and larger principal curvature [1/m], (n, 2);
+        difference of the second derivative along each, ahead and behind [1/m], (n, 2).
     """
-    for n in range(positions.shape[0]):
-        _path(positions[n, 0], positions[n, 1], terrain, ends, rows[n])
+    rows, curvature = np.empty((len(positions), COLUMNS)), np.empty((len(positions), 2))
+    change = np.zeros((len(positions), 2))
+    for n in range(len(positions)):
+        north, east = positions[n, 0], positions[n, 1]
+        path = _path(north, east, terrain, ends)
+        for column in range(COLUMNS):
+            rows[n, column] = path[column]
+        low, high, cosine, sine = _principal_curvatures(path[CURVATURE], path[CURVATURE + 1], path[CURVATURE + 2])
+        curvature[n, 0], curvature[n, 1] = low, high
+        for axis in range(2):
+            a, b = (-sine, cosine) if axis == 0 else (cosine, sine)
+            for side in (-1.0, 1.0):
+                moved = _path(north + side * reach * a, east + side * reach * b, terrain, ends)
+                nn, ne, ee = moved[CURVATURE], moved[CURVATURE + 1], moved[CURVATURE + 2]
+                change[n, axis] += side * (a * nn * a + a * ne * b + b * ne * a + b * ee * b)
+    return rows, curvature, change
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def nodes_of_sign_changes(
+    depth: Floats, shape: tuple[int, int], margin: int, terrain: TerrainSpline, ends: PathEnds, reach: int
+) -> Floats:
+    """Nodes about which both components of the gradient of the path length change sign, see `changes_sign`.
+
+    Args:
+        depth: See `gradients_at_nodes`.
+        shape: Number of nodes along both axes.
+        margin: Nodes along each edge that are left out.
+        terrain: Depth of the terrain.
+        ends: Ends of the paths.
+        reach: Nodes to either side [1].
+
+    Returns:
+        North, east [m], (n, 2).
+    """
+    rows, columns = shape[0] - 2 * margin, shape[1] - 2 * margin
+    gradient, is_marked = np.empty((2, rows, columns)), np.empty((rows, columns), np.bool_)
+    gradients_at_nodes(depth, margin, terrain, ends, gradient)
+    changes_sign(gradient, reach, is_marked)
+    positions, n = np.empty((is_marked.sum(), 2)), 0
+    for i in range(rows):
+        for j in range(columns):
+            if is_marked[i, j]:
+                positions[n, 0] = terrain.north + (i + margin) * terrain.step
+                positions[n, 1] = terrain.east + (j + margin) * terrain.step
+                n += 1
+    return positions
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -182,17 +275,18 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
     """Gradient of the length of the path between two ends by each node of the terrain's lattice.
 
     Args:
-        depth: Depth of the nodes [m], (a, b).
-        margin: Nodes left out along each edge, at least 1.
+        depth: Depth of the nodes of the terrain's coefficients [m], (a, b).
+        margin: Nodes left out before the first, at least 1.
         terrain: Depth of the terrain.
         ends: Ends of the paths.
-        gradient: Result: derivative by north and by east [1], (2, a - 2 margin, b - 2 margin).
+        gradient: Result: derivative by north and by east [1], (2, any, any).
     """
     is_homogeneous = ends.water.depth.size == 0
     path_gradient = np.zeros((3, gradient.shape[2]))
     for i in range(gradient.shape[1]):
         a, path_gradient[:] = i + margin, 0
-        row, north = depth[a, margin : margin + gradient.shape[2]], terrain.north + a * terrain.step
+        first = terrain.column + margin
+        row, north = depth[terrain.row + a, first : first + gradient.shape[2]], terrain.north + a * terrain.step
         first_east = terrain.east + margin * terrain.step
         for end in (ends.begin, ends.stop):
             if is_homogeneous:
@@ -225,8 +319,8 @@ def _add_slopes(
     terrain: TerrainSpline, row: int, margin: int, path_gradient: Floats, by_north: Floats, by_east: Floats
 ) -> None:
     """Write the gradient over the ground at a row of its nodes: horizontal, and vertical times the slopes [1], (n,)."""
-    half, before = 1 / (12 * terrain.step), margin - 1
-    low, same, high = terrain.coefficients[row - 1], terrain.coefficients[row], terrain.coefficients[row + 1]
+    half, before, middle = 1 / (12 * terrain.step), terrain.column + margin - 1, terrain.row + row
+    low, same, high = terrain.coefficients[middle - 1], terrain.coefficients[middle], terrain.coefficients[middle + 1]
     low, same, high = low[before:], same[before:], high[before:]
     for j in range(by_north.size):
         north1 = (high[j] - low[j] + high[j + 2] - low[j + 2] + 4 * (high[j + 1] - low[j + 1])) * half
@@ -248,75 +342,102 @@ def changes_sign(gradient: Floats, reach: int, result: NDArray[np.bool_]) -> Non
         result: Filled, (a, b).
     """
     _, rows, columns = gradient.shape
-    low_columns, high_columns = np.empty((rows, columns)), np.empty((rows, columns))
-    low, high = np.empty(columns), np.empty(columns)
-    result[:] = True
+    low, high = np.empty((2, columns)), np.empty((2, columns))
+    result[:] = False
+    for i in range(0, rows, BLOCK_NODES):
+        low[:], high[:] = math.inf, -math.inf
+        for axis in range(2):
+            for a in range(max(i - reach, 0), min(i + BLOCK_NODES + reach, rows)):
+                _widen_range(gradient[axis, a], low[axis], high[axis])
+        for j in range(0, columns, BLOCK_NODES):
+            around = slice(max(j - reach, 0), j + BLOCK_NODES + reach)
+            if not (_passes_zero(low[0, around], high[0, around]) and _passes_zero(low[1, around], high[1, around])):
+                continue  # nor does any part of these ranges
+            for a in range(i, min(i + BLOCK_NODES, rows)):
+                for b in range(j, min(j + BLOCK_NODES, columns)):
+                    result[a, b] = _both_pass_zero(gradient, a, b, reach)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _both_pass_zero(gradient: Floats, row: int, column: int, reach: int) -> bool:
+    """Return True if the widened ranges of both components about one node include zero."""
     for axis in range(2):
-        for i in range(rows):
-            _range_along_row(gradient[axis, i], reach, low_columns[i], high_columns[i])
-        for i in range(rows):
-            low[:], high[:] = math.inf, -math.inf
-            for a in range(max(i - reach, 0), min(i + reach + 1, rows)):
-                _widen_range(low_columns[a], high_columns[a], low, high)
-            is_marked = result[i]
-            for j in range(columns):
-                is_marked[j] &= (1.25 * low[j] <= 0.25 * high[j]) & (0.25 * low[j] <= 1.25 * high[j])
+        low, high = math.inf, -math.inf
+        for a in range(max(row - reach, 0), min(row + reach + 1, gradient.shape[1])):
+            for b in range(max(column - reach, 0), min(column + reach + 1, gradient.shape[2])):
+                value = gradient[axis, a, b]
+                low, high = value if value < low else low, value if value > high else high
+        if not (1.25 * low <= 0.25 * high and 0.25 * low <= 1.25 * high):
+            return False
+    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _range_along_row(values: Floats, reach: int, low: Floats, high: Floats) -> None:
-    """Least and greatest of the known values at most `reach` away along a row, shape (n,)."""
-    low[:], high[:] = math.inf, -math.inf
-    for shift in range(min(reach + 1, values.size)):
-        count = values.size - shift
-        _widen_range(values[shift:], values[shift:], low[:count], high[:count])
-        _widen_range(values[:count], values[:count], low[shift:], high[shift:])
+def _passes_zero(lowest: Floats, highest: Floats) -> bool:
+    """Return True if the range from the least of some values to the greatest of others, widened, includes zero."""
+    low, high = math.inf, -math.inf
+    for j in range(lowest.size):
+        low, high = min(low, lowest[j]), max(high, highest[j])
+    return 1.25 * low <= 0.25 * high and 0.25 * low <= 1.25 * high
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _widen_range(new_low: Floats, new_high: Floats, low: Floats, high: Floats) -> None:
-    """Widen ranges by others; bounds that are not numbers change nothing."""
+def _widen_range(values: Floats, low: Floats, high: Floats) -> None:
+    """Widen ranges to include a value each; those that are not numbers change nothing."""
     for j in range(low.size):
-        low[j] = new_low[j] if new_low[j] < low[j] else low[j]
-        high[j] = new_high[j] if new_high[j] > high[j] else high[j]
+        low[j] = values[j] if values[j] < low[j] else low[j]
+        high[j] = values[j] if values[j] > high[j] else high[j]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds, converged: NDArray[np.bool_]) -> None:
-    """Move starts to stationary points of the path length by Newton's method.
+def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
+    """Stationary points of the path length by Newton's method, each once, (m, 2).
 
     Args:
         starts: North, east [m], replaced, (n, 2).
         terrain: Depth of the terrain; the starts are a step apart.
         ends: Ends of the paths.
-        converged: Filled: True where a stationary point is found, (n,).
     """
-    row, step = np.empty(COLUMNS), terrain.step
+    converged, found, count = np.zeros(len(starts), np.bool_), np.empty((len(starts), 2)), 0
+    step = terrain.step
     for n in range(starts.shape[0]):
         north, east = starts[n, 0], starts[n, 1]
-        converged[n] = True
-        for number in range(NEWTON_STEPS):
-            _path(north, east, terrain, ends, row)
-            g, h = row[NORTH], row[EAST]
-            nn, ne, ee = row[CURVATURE], row[CURVATURE + 1], row[CURVATURE + 2]
+        for number in range(NEWTON_STEPS + 1):
+            path = _path(north, east, terrain, ends)
+            g, h, nn, ne, ee = path[NORTH], path[EAST], path[CURVATURE], path[CURVATURE + 1], path[CURVATURE + 2]
             determinant = nn * ee - ne * ne
-            if not abs(determinant) > 1e-12:
-                converged[n] = False
+            is_last = number == NEWTON_STEPS
+            if not (is_last or abs(determinant) > 1e-12):
                 break
             move, aside = (ne * h - ee * g) / determinant, (ne * g - nn * h) / determinant
             strayed = math.hypot(north + move - starts[n, 0], east + aside - starts[n, 1]) > 2 * step
             early = number < NEWTON_STEPS // 2
             is_close = math.hypot(g, h) < 4 * step * max(abs(nn), abs(ne), abs(ee))
-            if strayed and not (early and is_close):
-                converged[n] = False
+            if strayed and not (is_last or (early and is_close)):
                 break
             size = math.hypot(move, aside)
             part = step / size if early and size > step else 1.0  # starts beside a caustic need more than one step
-            north, east = north + part * move, east + part * aside
+            to_north, to_east = north + part * move, east + part * aside
+            # at rest, further steps would not move it either
+            if is_last or (not strayed and to_north == north and to_east == east):
+                converged[n] = math.hypot(g, h) < 1e-7
+                break
+            north, east = to_north, to_east
+            if is_near_any(north, east, found[:count], ROOT_NEIGHBOURHOOD * step):
+                break
         if converged[n]:
-            _path(north, east, terrain, ends, row)
-            converged[n] = math.hypot(row[NORTH], row[EAST]) < 1e-7
+            found[count, 0], found[count, 1], count = north, east, count + 1
         starts[n, 0], starts[n, 1] = north, east
+    return starts[: keep_distinct(starts, converged, step / 20)]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def is_near_any(north: float, east: float, positions: Floats, distance: float) -> bool:
+    """Return True if some positions (n, 2) lie no farther than a distance from a point [m]."""
+    near = False
+    for k in range(positions.shape[0]):
+        near |= math.hypot(north - positions[k, 0], east - positions[k, 1]) <= distance
+    return near
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -330,9 +451,6 @@ def keep_distinct(positions: Floats, converged: NDArray[np.bool_], min_separatio
     """
     count = 0
     for n in range(positions.shape[0]):
-        is_new = converged[n]
-        for k in range(count):
-            is_new &= math.hypot(positions[n, 0] - positions[k, 0], positions[n, 1] - positions[k, 1]) > min_separation
-        if is_new:
+        if converged[n] and not is_near_any(positions[n, 0], positions[n, 1], positions[:count], min_separation):
             positions[count, 0], positions[count, 1], count = positions[n, 0], positions[n, 1], count + 1
     return count

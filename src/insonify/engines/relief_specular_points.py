@@ -13,14 +13,12 @@ to the image of its end, in water that is mirrored in the surface.
 
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._relief_specular_points_kernel import (
-    COLUMNS,
-    CURVATURE,
     DEPTH,
     GRAZING_SINE,
     LENGTH,
@@ -28,10 +26,8 @@ from insonify.engines._relief_specular_points_kernel import (
     SECANT,
     PathEnds,
     TerrainSpline,
-    bottom_paths,
-    changes_sign,
-    gradients_at_nodes,
-    keep_distinct,
+    curved_paths,
+    nodes_of_sign_changes,
     stationary_points,
 )
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
@@ -41,7 +37,7 @@ from insonify.recent_results import RecentResults
 from insonify.records.legs import Legs
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain
-from insonify.scene.terrain_lattice import NODES_PER_WAVE
+from insonify.scene.terrain_lattice import NODES_PER_WAVE, window
 
 Floats = NDArray[np.float64]
 
@@ -95,7 +91,8 @@ def with_specular_points(
     """
     terrain, at_start = scene.seabed.terrain, float(scene.water.sound_speed_at(position[2]))
     rows: list[int] = []
-    row_points: list[SpecularPoints | None] = []
+    branches: list[int] = []
+    found: list[_FamilyPoints] = []
     for row, family in enumerate(legs.families):
         points = None
         if terrain is not None and family.count("B") == 1 and (
@@ -106,18 +103,25 @@ def with_specular_points(
             begin, stop = sorted(_images(family, position, end), key=tuple)
             key = begin.tobytes(), stop.tobytes(), unit
             points = cache.get(key, partial(specular_points, terrain, begin, stop, unit, water))
-        rows += [row] * (1 if points is None else len(points.length))
-        row_points.append(points)
-    result = leg_rows(legs, rows)
-    branches: list[int] = []
-    for row, points in enumerate(row_points):
-        if points is None:
-            branches.append(legs.branch[row])
-            continue
-        at = slice(len(branches), len(branches) + len(points.length))
-        _write(result, at, points, legs, row, (position, end), scene, wavelength)
-        branches += range(len(points.length))
-    return replace(result, branch=tuple(branches))
+        count = 1 if points is None else len(points.length)
+        if points is not None:
+            found.append(_FamilyPoints(row, slice(len(rows), len(rows) + count), points))
+        branches += [legs.branch[row]] if points is None else range(count)
+        rows += [row] * count
+    result = replace(leg_rows(legs, rows), branch=tuple(branches))
+    if terrain is not None and found:
+        _write(result, found, legs, (position, end), scene, terrain, wavelength)
+    return result
+
+
+class _FamilyPoints(NamedTuple):
+    """Specular points of one family of legs."""
+
+    row: int
+    """Row of the family."""
+    rows: slice
+    """Rows of the points."""
+    points: SpecularPoints
 
 
 def _water(scene: Scene, family: str, speed: float) -> SurfaceWater:
@@ -133,57 +137,61 @@ def _images(family: str, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
 
 
 def _write(
-    result: Legs, rows: slice, points: SpecularPoints, legs: Legs, row: int, ends: tuple[Floats, Floats], scene: Scene,
-    wavelength: float,
+    result: Legs, found: list[_FamilyPoints], legs: Legs, ends: tuple[Floats, Floats], scene: Scene,
+    terrain: SeabedTerrain, wavelength: float,
 ) -> None:  # fmt: skip
-    """Write the rows of one family between two ends."""
-    family, mirrored, terrain = legs.families[row], np.array([1.0, 1.0, -1.0]), scene.seabed.terrain
-    assert terrain is not None
-    begin, stop = _images(family, *ends)
-    away, towards = points.position - begin, stop - points.position
+    """Write the rows of some families between two ends."""
+    families, counts = [legs.families[one.row] for one in found], [len(one.points.length) for one in found]
+
+    def joined(name: str) -> NDArray[Any]:
+        return np.concatenate([getattr(one.points, name) for one in found])
+
+    def repeated(values: list[Any]) -> NDArray[Any]:
+        return np.repeat(np.array(values), counts, axis=0)
+
+    place, length, sine, caustics = (joined(name) for name in ("position", "length", "grazing_sine", "caustics"))
+    first, last = (repeated([[1, 1, -1 if family[k] == "S" else 1] for family in families]) for k in (0, -1))
+    away, towards = place - ends[0] * first, ends[1] * last - place
     away /= np.linalg.norm(away, axis=1, keepdims=True)
     towards /= np.linalg.norm(towards, axis=1, keepdims=True)
-    rough = terrain.roughness_reflection_factor(
-        points.grazing_sine, wavelength, np.full_like(points.length, points.scale),
-        residual_variance=points.residual_variance,
+    coefficient = scene.seabed.reflection_coefficient_at_sine(sine) * terrain.roughness_reflection_factor(
+        sine, wavelength, repeated([one.points.scale for one in found]),
+        residual_variance=repeated([one.points.residual_variance for one in found]),
     )  # fmt: skip
-    coefficient = scene.seabed.reflection_coefficient_at_sine(points.grazing_sine) * rough
-    for _ in range(family.count("S")):
-        coefficient = coefficient * scene.surface.reflection_coefficient(points.grazing_sine)
+    surface, reflections = scene.surface.reflection_coefficient(sine), repeated([name.count("S") for name in families])
+    for number in range(reflections.max()):
+        coefficient = np.where(reflections > number, coefficient * surface, coefficient)
+    row = repeated([one.row for one in found])
     per_metre = np.log(legs.absorption[row, 0]) / legs.length[row, 0]
     columns = {
-        "delay": points.length / scene.water.sound_speed, "length": points.length,
-        "spreading": points.focusing / points.length, "absorption": np.exp(per_metre * points.length),
-        "reflection_coefficient": coefficient * 1j**points.caustics, "caustics": points.caustics,
-        "departure": away * mirrored if family[0] == "S" else away,
-        "arrival": towards * mirrored if family[-1] == "S" else towards,
+        "delay": length / scene.water.sound_speed, "length": length, "spreading": joined("focusing") / length,
+        "absorption": np.exp(per_metre * length), "reflection_coefficient": coefficient * 1j**caustics,
+        "caustics": caustics, "departure": away * first, "arrival": towards * last,
     }  # fmt: skip
+    rows = np.concatenate([np.arange(one.rows.start, one.rows.stop) for one in found])
     for name, column in columns.items():
         getattr(result, name)[rows, 0] = column
     if scene.water.layered:
-        water = _water(scene, family, scene.water.sound_speed)
-        _write_refracted(result, rows, points, (begin, stop), per_metre, water)
-        for name, letter in (("departure", family[0]), ("arrival", family[-1])):
-            if letter == "S":
-                getattr(result, name)[rows, 0] *= mirrored
+        for family, one in zip(families, found, strict=True):
+            _write_refracted(result, one, family, ends, float(per_metre[row == one.row][0]), scene)
 
 
 def _write_refracted(
-    result: Legs,
-    rows: slice,
-    points: SpecularPoints,
-    ends: tuple[Floats, Floats],
-    per_metre: float,
-    water: SurfaceWater,
+    result: Legs, found: _FamilyPoints, family: str, ends: tuple[Floats, Floats], per_metre: float, scene: Scene
 ) -> None:
-    """Write travel times, lengths, and directions at the ends or their images, of paths in layered water."""
-    lengths = np.zeros(len(points.length))
-    for name, end, sense in (("departure", ends[0], 1.0), ("arrival", ends[1], -1.0)):
+    """Write travel times, lengths, and directions at the ends, of the paths of one family in layered water."""
+    _, rows, points = found
+    lengths, water = np.zeros(len(points.length)), _water(scene, family, scene.water.sound_speed)
+    for name, letter, end, sense in zip(
+        ("departure", "arrival"), (family[0], family[-1]), _images(family, *ends), (1.0, -1.0), strict=True
+    ):
         across = sense * (points.position - end)[:, :2]
         rays = rays_to(points.position, end, water)
         cosine = np.minimum(rays[:, 0] * np.interp(end[2], water.depth, water.speed) / water.speed[0], 1.0)
         horizontal = across / np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
-        getattr(result, name)[rows, 0] = np.column_stack([horizontal * cosine[:, None], sense * np.sqrt(1 - cosine**2)])
+        down = sense * np.sqrt(1 - cosine**2)
+        direction = np.column_stack([horizontal * cosine[:, None], -down if letter == "S" else down])
+        getattr(result, name)[rows, 0] = direction
         lengths += rays[:, 4]
     result.delay[rows, 0], result.length[rows, 0] = points.length / water.speed[0], lengths
     result.absorption[rows, 0] = np.exp(per_metre * lengths)
@@ -219,18 +227,20 @@ def specular_points(
         return None
     wave = lattice.resolved_wavelength(max(float(zone), 2 * half / NODES * NODES_PER_WAVE))
     keeps_all, step = wave <= shortest, wave / NODES_PER_WAVE
-    first = np.floor((middle - half) / step).astype(int) - MARGIN
-    size = np.ceil((middle + half) / step).astype(int) + MARGIN + 1 - first
-    nodes = wave, tuple(first.tolist()), tuple(size.tolist())
+    first, last = (np.floor((middle - half) / step) - MARGIN, np.ceil((middle + half) / step) + MARGIN)
+    shape = (int(last[0] - first[0]) + 1, int(last[1] - first[1]) + 1)
+    nodes = wave, (int(first[0]), int(first[1])), shape
     smooth, residual = lattice.long_waves(*nodes), 0.0
     if not terrain.relief.is_waves:  # which are known everywhere, and whose roughness follows from their spectrum
         depth = lattice.depth(*nodes)
         if not np.all(np.isfinite(depth)):
             return None
-        residual = 0.0 if keeps_all else float(np.var((depth - smooth.depth)[MARGIN:-MARGIN, MARGIN:-MARGIN]))
-    spline = TerrainSpline(smooth.coefficients, float(first[0] * step), float(first[1] * step), float(step))
+        if not keeps_all:
+            short = depth - smooth.depth[window(smooth.first, shape)]
+            residual = float(np.var(short[MARGIN:-MARGIN, MARGIN:-MARGIN]))
+    spline = TerrainSpline(smooth.coefficients, float(first[0] * step), float(first[1] * step), step, *smooth.first)
     ends = PathEnds(begin, stop, water)
-    positions = _stationary(_starts(smooth.depth, spline, ends), spline, ends)
+    positions = stationary_points(_starts(smooth.depth, shape, spline, ends), spline, ends)
     if not len(positions):
         return None
     points = _at(spline, positions, ends, wavelength, wave, residual)
@@ -245,57 +255,29 @@ def specular_points(
     return points._replace(position=exact, length=length)
 
 
-def _paths(terrain: TerrainSpline, positions: Floats, ends: PathEnds) -> Floats:
-    """Columns of `bottom_paths` of paths by positions (n, 2), shape (n, COLUMNS)."""
-    rows = np.empty((len(positions), COLUMNS))
-    bottom_paths(np.ascontiguousarray(positions), terrain, ends, rows)
-    return rows
-
-
-def _matrices(rows: Floats, first: int) -> Floats:
-    """Symmetric matrices from columns of their elements north-north, north-east, east-east, shape (n, 2, 2)."""
-    return rows[:, [first, first + 1, first + 1, first + 2]].reshape(-1, 2, 2)
-
-
-def _starts(depth: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
+def _starts(depth: Floats, shape: tuple[int, int], terrain: TerrainSpline, ends: PathEnds) -> Floats:
     """Nodes about which both components of the gradient of the path length pass through zero, shape (n, 2).
 
     A stationary point that is resolved has such nodes on all sides.
     """
-    size = depth.shape[0] - 2 * MARGIN, depth.shape[1] - 2 * MARGIN
-    gradient, is_start = np.empty((2, *size)), np.empty(size, bool)
-    gradients_at_nodes(depth, MARGIN, terrain, ends, gradient)
-    changes_sign(gradient, SIGN_NODES, is_start)
-    return np.array([terrain.north, terrain.east]) + (np.argwhere(is_start) + MARGIN) * terrain.step
-
-
-def _stationary(starts: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
-    """Stationary points of the path length, each once, from starts a step apart, shape (n, 2)."""
-    positions, converged = starts.copy(), np.empty(len(starts), bool)
-    stationary_points(positions, terrain, ends, converged)
-    return positions[: keep_distinct(positions, converged, terrain.step / 20)]
+    return np.asarray(nodes_of_sign_changes(depth, shape, MARGIN, terrain, ends, SIGN_NODES))
 
 
 def _at(
     terrain: TerrainSpline, positions: Floats, ends: PathEnds, wavelength: float, scale: float, residual: float
 ) -> SpecularPoints:
     """Pressure of the path by each stationary point, the strongest first."""
-    rows, water = _paths(terrain, positions, ends), ends.water
-    length, sine, depth, plane = *rows.T[[LENGTH, GRAZING_SINE, DEPTH]], _matrices(rows, PLANE_CURVATURE)
-    value, vector = np.linalg.eigh(_matrices(rows, CURVATURE))
-    wavenumber, step = 2 * np.pi / wavelength, scale / 8
-    for axis in range(2):
-        along = vector[:, :, axis]
-        moved = (_paths(terrain, positions + side * step * along, ends) for side in (-1, 1))
-        bends = [np.einsum("na,nab,nb->n", along, _matrices(path_columns, CURVATURE), along) for path_columns in moved]
-        third = np.abs(bends[1] - bends[0]) / (2 * step)
-        min_curvature = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)
-        value[:, axis] = np.where(value[:, axis] < 0, -1, 1) * np.maximum(np.abs(value[:, axis]), min_curvature)
-    focusing = np.sqrt(np.linalg.det(plane) / np.maximum(np.abs(value.prod(axis=1)), 1e-12))
+    wavenumber, reach, water = 2 * np.pi / wavelength, scale / 8, ends.water
+    rows, curvature, change = curved_paths(positions, terrain, ends, reach)
+    length, sine, depth = rows.T[[LENGTH, GRAZING_SINE, DEPTH]]
+    plane = np.linalg.det(rows[:, [PLANE_CURVATURE + k for k in (0, 1, 1, 2)]].reshape(-1, 2, 2))
+    min_curvature = AIRY * (np.abs(change) / (2 * reach)) ** (2 / 3) * wavenumber ** (-1 / 3)
+    value = np.where(curvature < 0, -1, 1) * np.maximum(np.abs(curvature), min_curvature)
+    focusing = np.sqrt(plane / np.maximum(np.abs(value[:, 0] * value[:, 1]), 1e-12))
     points = np.column_stack([positions, depth])
     if water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances
         spreading_distance = [rays_to(points, end, water)[:, 5] for end in (ends.begin, ends.stop)]
-        spreading = spreading_distance[0] * spreading_distance[1] * np.sqrt(np.linalg.det(plane))
+        spreading = spreading_distance[0] * spreading_distance[1] * np.sqrt(plane)
         focusing *= length * sine * rows[:, SECANT] / spreading
         sine = sine * np.interp(depth, water.depth, water.speed) / water.speed[0]
     order = np.argsort(-focusing / length, kind="stable")[:MAX_SPECULAR_POINTS]

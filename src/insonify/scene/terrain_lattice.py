@@ -4,20 +4,22 @@ Searches about a moving sonar read nearly the same nodes in every ping; a tile i
 """
 
 import math
-from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.recent_results import RecentResults
+from insonify.scene._terrain_lattice_kernel import spline_coefficients, without_short_waves
 from insonify.scene.terrain.relief import Relief
 
 Floats = NDArray[np.float64]
 
 TILE_NODES = 64
 """Nodes along the side of a tile [1]."""
+MAX_WINDOWS = 4
+"""Ranges of whole tiles that are kept assembled, some MB together [1]."""
 MAX_TILES = 512
 """Tiles that are kept, 32 or 64 kB each [1]."""
 NODES_PER_WAVE = 8
@@ -27,7 +29,7 @@ STEPS_PER_OCTAVE = 16
 SQUARES_PER_SIDE = 4
 """Positions along the side of a square, at which rms slopes are evaluated [1]."""
 HALF_RESPONSE = 0.249
-"""Standard deviation of the Gaussian of `_without_short_waves` whose half of a wave of length 1 stays [1]."""
+"""Standard deviation of the Gaussian of `without_short_waves` whose half of a wave of length 1 stays [1]."""
 FILTER_MARGIN = 32
 """Nodes around a tile, beyond which nothing changes its low-pass and spline coefficients by more than rounding [1]."""
 SLOPE_SAMPLES = 33
@@ -35,12 +37,14 @@ SLOPE_SAMPLES = 33
 
 
 class LongWaves(NamedTuple):
-    """Part of a lattice, without the waves that it does not resolve."""
+    """Whole tiles of a lattice, without the waves that it does not resolve, about some range of nodes."""
 
     depth: Floats
     """Depth at the nodes [m], shape (a, b)."""
     coefficients: Floats
     """Coefficients of the cubic spline through it [m], shape (a, b)."""
+    first: tuple[int, int]
+    """Row and column of the first node of the range."""
 
 
 class TerrainLattice:
@@ -56,6 +60,7 @@ class TerrainLattice:
         """
         self._depth, self._relief, self._shortest = depth, relief, shortest_wavelength
         self._tiles = RecentResults[tuple[Floats, ...]](MAX_TILES)
+        self._windows = RecentResults[tuple[Floats, Floats]](MAX_WINDOWS)
         self._slopes = RecentResults[float](MAX_TILES)
 
     def resolved_wavelength(self, needed: float) -> float:
@@ -75,11 +80,20 @@ class TerrainLattice:
             first: Numbers of the first node to the north and the east [steps].
             shape: Number of nodes along both axes.
         """
-        return self._assembled(partial(self._raw_tile, wavelength), first, shape)[0]
+        rows, columns = _tile_numbers(first, shape)
+        whole = np.block([[self._raw_tile(wavelength, row, column) for column in columns] for row in rows])
+        return whole[window(_offset(first), shape)].copy()
 
     def long_waves(self, wavelength: float, first: tuple[int, int], shape: tuple[int, int]) -> LongWaves:
         """The same nodes without waves that the lattice does not resolve; known everywhere."""
-        return LongWaves(*self._assembled(partial(self._filtered_tile, wavelength), first, shape))
+        rows, columns = _tile_numbers(first, shape)
+
+        def assembled() -> tuple[Floats, Floats]:
+            tiles = [[self._filtered_tile(wavelength, row, column) for column in columns] for row in rows]
+            depth, coefficients = (np.block([[tile[k] for tile in along] for along in tiles]) for k in range(2))
+            return depth, coefficients
+
+        return LongWaves(*self._windows.get((wavelength, rows, columns), assembled), _offset(first))
 
     def rms_slope(self, middle: Floats, reach: float) -> float:
         """Rms slope of the resolved terrain about a position, of one direction [1]; NaN where the terrain is unknown.
@@ -100,20 +114,7 @@ class TerrainLattice:
         known = slope[np.isfinite(slope)]
         return float(np.sqrt(np.mean(np.square(known)))) if known.size else math.nan
 
-    def _assembled(
-        self, tile: Callable[[int, int], tuple[Floats, ...]], first: tuple[int, int], shape: tuple[int, int]
-    ) -> list[Floats]:
-        """Columns of a range of nodes, copied from the tiles that it overlaps."""
-        rows, columns = (_overlaps(start, count) for start, count in zip(first, shape, strict=True))
-        parts = [[tile(row, column) for column, *_ in columns] for row, *_ in rows]
-        found = [np.empty(shape) for _ in parts[0][0]]
-        for (_, inside, target), along in zip(rows, parts, strict=True):
-            for (_, inside_across, target_across), arrays in zip(columns, along, strict=True):
-                for out, array in zip(found, arrays, strict=True):
-                    out[target, target_across] = array[inside, inside_across]
-        return found
-
-    def _raw_tile(self, wavelength: float, row: int, column: int) -> tuple[Floats, ...]:
+    def _raw_tile(self, wavelength: float, row: int, column: int) -> Floats:
         """Depth at the nodes of one tile."""
         step, node = wavelength / NODES_PER_WAVE, np.arange(TILE_NODES)
 
@@ -121,11 +122,10 @@ class TerrainLattice:
             north, east = ((number * TILE_NODES + node) * step for number in (row, column))
             return (np.asarray(self._depth - self._relief.height(north[:, None], east[None, :])),)
 
-        return self._tiles.get((wavelength, row, column, False), evaluated)
+        return self._tiles.get((wavelength, row, column, False), evaluated)[0]
 
     def _filtered_tile(self, wavelength: float, row: int, column: int) -> tuple[Floats, ...]:
         """Depth without short waves, and its spline coefficients, at the nodes of one tile."""
-        from scipy.ndimage import spline_filter
 
         def evaluated() -> tuple[Floats, Floats]:
             size = TILE_NODES + 2 * FILTER_MARGIN
@@ -134,30 +134,41 @@ class TerrainLattice:
             unknown = ~np.isfinite(depth)
             if unknown.any():
                 depth[unknown] = self._depth if unknown.all() else depth[~unknown].mean()
-            smooth = depth if wavelength <= self._shortest else _without_short_waves(depth, NODES_PER_WAVE)
+            smooth = depth if wavelength <= self._shortest else without_short_waves(depth, _gaussian(NODES_PER_WAVE))
             inner = (slice(FILTER_MARGIN, -FILTER_MARGIN),) * 2
-            return smooth[inner].copy(), spline_filter(smooth, mode="mirror")[inner].copy()
+            return smooth[inner].copy(), spline_coefficients(smooth)[inner].copy()
 
         return self._tiles.get((wavelength, row, column, True), evaluated)
 
 
-def _overlaps(first: int, count: int) -> list[tuple[int, slice, slice]]:
-    """Tiles that a range of nodes overlaps: number of each, its nodes inside the tile, and in the range."""
-    found, last = [], first + count
-    for number in range(first // TILE_NODES, -(-last // TILE_NODES)):
-        begin, end = max(number * TILE_NODES, first), min((number + 1) * TILE_NODES, last)
-        inside = slice(begin - number * TILE_NODES, end - number * TILE_NODES)
-        found.append((number, inside, slice(begin - first, end - first)))
-    return found
+def _tile_numbers(first: tuple[int, int], shape: tuple[int, int]) -> tuple[range, ...]:
+    """Numbers of the tiles that a range of nodes overlaps, to the north and the east."""
+    pairs = zip(first, shape, strict=True)
+    return tuple(range(start // TILE_NODES, -(-(start + count) // TILE_NODES)) for start, count in pairs)
 
 
-def _without_short_waves(depth: Floats, wave: float) -> Floats:
-    """Ground without its waves shorter than `wave` nodes, of which half stays: 1 - (1 - g)^2, with g a Gaussian.
+def _offset(first: tuple[int, int]) -> tuple[int, int]:
+    """Row and column of a node in its tile."""
+    return first[0] % TILE_NODES, first[1] % TILE_NODES
+
+
+def window(first: tuple[int, int], shape: tuple[int, int]) -> tuple[slice, slice]:
+    """Slices of a range of nodes.
+
+    Args:
+        first: Row and column of the first.
+        shape: Number of nodes along both axes.
+    """
+    return slice(first[0], first[0] + shape[0]), slice(first[1], first[1] + shape[1])
+
+
+@cache
+def _gaussian(wave: float) -> Floats:
+    """Weights of a Gaussian that keeps half of a wave, in `without_short_waves`: of the middle and to one side [1].
 
     A wave six times as long loses 0.1 % of its height; a Gaussian with the same half alone takes 1.9 %.
     """
-    from scipy.ndimage import gaussian_filter
-
     deviation = HALF_RESPONSE * wave
-    short = depth - gaussian_filter(depth, deviation, mode="nearest")
-    return np.asarray(depth - short + gaussian_filter(short, deviation, mode="nearest"))
+    node = np.arange(-round(4 * deviation), round(4 * deviation) + 1)
+    weights = np.exp(-0.5 / deviation**2 * node**2)
+    return np.ascontiguousarray((weights / weights.sum())[node >= 0])
