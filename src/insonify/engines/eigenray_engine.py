@@ -257,9 +257,10 @@ class EigenrayEngine:
         if hull is not None:
             echoes = hull_families(families, echoes=True)
             _, receive = self._with_hull(receive, receive, echoes, transmitter, ping_geometry, None)
-        top = 0.0 if hull is None else float(hull.centre[2])
-        roughness = sediment_roughness_factor(receive, end, self.scene.seabed, wavelength, hull_depth=top)
-        receive = replace(receive, reflection_coefficient=receive.reflection_coefficient * roughness)
+        if terrain is None:  # the roughness of relief is in its legs
+            top = 0.0 if hull is None else float(hull.centre[2])
+            roughness = sediment_roughness_factor(receive, end, self.scene.seabed, wavelength, hull_depth=top)
+            receive = replace(receive, reflection_coefficient=receive.reflection_coefficient * roughness)
         return boundary_echo_pairs(transmitter, receive)
 
     def _with_hull(

@@ -30,14 +30,10 @@ def checked_sediment(name: str | float) -> str | float:
     return name
 
 
+@lru_cache(maxsize=64)
 def sediment(name: str | float) -> Sediment:
     """The sediment of a name, or of a grain size [phi]."""
-    return _named_sediment(name) if isinstance(name, str) else Sediment.from_grain_size(name)
-
-
-@lru_cache(maxsize=64)
-def _named_sediment(name: str) -> Sediment:
-    return Sediment.named(name)
+    return Sediment.named(name) if isinstance(name, str) else Sediment.from_grain_size(name)
 
 
 def infer_law_kind(value: object) -> object:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from insonify.model import Metres, Model, field_error
+from insonify.model import Metres, Model, evaluated_once, field_error
 from insonify.scattering.sediments import Sediment, checked_sediment
 from insonify.scene.terrain.octaves import SPLINE_ENERGY, SPLINE_SLOPE_ENERGY, Octaves, spline_spectrum
 from insonify.scene.terrain.roughness_cutoff import RoughnessCutoff
@@ -100,8 +100,14 @@ class PowerLaw(Model):
 
     def variance_beyond(self, low: Floats) -> Floats:
         """Mean square height [m^2] of all waves beyond some wavenumbers [rad/m], any shape."""
-        n, square = self.gamma / 2 - 1, self.outer_wavenumber**2
-        return np.asarray(math.pi * self.w2 / n * (low**2 + square) ** -n)
+        factor, square, exponent = self._variance_terms()
+        return np.asarray(factor * (low**2 + square) ** exponent)
+
+    @evaluated_once
+    def _variance_terms(self) -> tuple[float, float, float]:
+        """Factor, square of K0 and exponent of the variance beyond a wavenumber: constants, read in every ping."""
+        n = self.gamma / 2 - 1
+        return math.pi * self.w2 / n, self.outer_wavenumber**2, -n
 
     def slope_variance(self, high: float) -> float:
         """Mean square gradient, both directions together [1], of wavenumbers below `high` [rad/m]."""
