@@ -61,9 +61,15 @@ class ScattererGrid(Model):
 
     def from_world(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
         """Grid coordinates [m] of north and east [m], shape (..., 2) both."""
+        return np.stack(self.axes_from_world(position[..., 0], position[..., 1]), axis=-1)
+
+    def axes_from_world(
+        self, north: NDArray[np.float64], east: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Grid coordinates along both axes [m] of north and of east [m], broadcast shape."""
         c, s = np.cos(self.heading), np.sin(self.heading)
-        north, east = position[..., 0] - self.origin[0], position[..., 1] - self.origin[1]
-        return np.stack([c * north + s * east, c * east - s * north], axis=-1)
+        north, east = north - self.origin[0], east - self.origin[1]
+        return c * north + s * east, c * east - s * north
 
 
 class Tiles(NamedTuple):

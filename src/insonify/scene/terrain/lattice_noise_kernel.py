@@ -96,6 +96,24 @@ def _shared_window(x, y, first, max_groups, frame):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _common_window(x, y, max_groups, frame):  # type: ignore[no-untyped-def]
+    """Window of all points, as `_shared_window` returns it, in one vectorised pass; none, of 0 points, if too large."""
+    c, s, per_pitch, offset_a, offset_b = frame
+    first_i = first_j = _OUTSIDE
+    last_i = last_j = -_OUTSIDE
+    outside = 0
+    for n in range(x.size):
+        a, b = (c * x[n] + s * y[n]) * per_pitch + offset_a, (c * y[n] - s * x[n]) * per_pitch + offset_b
+        outside += not (abs(a) < _OUTSIDE and abs(b) < _OUTSIDE)
+        i, j = math.floor(a), math.floor(b)
+        first_i, last_i, first_j, last_j = min(first_i, i), max(last_i, i), min(first_j, j), max(last_j, j)
+    rows, groups = last_i - first_i + 4, ((last_j + 3) >> 2) - (first_j >> 2) + 1
+    if outside > 0 or rows > max_groups or groups > max_groups or rows * groups > max_groups:
+        return 0, first_i, first_j >> 2, 0, 0
+    return x.size, first_i, first_j >> 2, rows if rows * groups <= 6 * x.size else 0, groups
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _window_groups(first_i, first_group, rows, groups, row, group):  # type: ignore[no-untyped-def]
     """Fill row and group numbers of a window, row by row; return the number of groups."""
     for n in range(rows * groups):
@@ -126,7 +144,9 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
     offset_a, offset_b = band.offset_a, band.offset_b
     frame = c, s, per_pitch, offset_a, offset_b
     max_groups, end = _MAX_GROUPS, 0
-    window = _shared_window(x, y, 0, max_groups, frame)
+    window = _common_window(x, y, max_groups, frame)
+    if window[0] == 0:
+        window = _shared_window(x, y, 0, max_groups, frame)
     if window[3] == 0:
         common = _shared_window(x, y, 0, min(6 * x.size, _MAX_COMMON_GROUPS), frame)
         if common[0] == x.size and common[3] > 0:  # not in sequence, but all in one window
@@ -148,20 +168,23 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
         _fill_nodes(row[:count], group[:count], key, quantiles, words, node)
         for begin in range(first, end, _CHUNK):
             size = min(end - begin, _CHUNK)
+            here, there = x[begin : begin + size], y[begin : begin + size]
             for k in range(size):
-                n = begin + k
-                a = (c * x[n] + s * y[n]) * per_pitch + offset_a
-                b = (c * y[n] - s * x[n]) * per_pitch + offset_b
+                a = (c * here[k] + s * there[k]) * per_pitch + offset_a
+                b = (c * there[k] - s * here[k]) * per_pitch + offset_b
                 i, j = math.floor(a), math.floor(b)
-                first_node[k] = (i - first_i) * stride + j - 4 * first_group if rows > 0 else 32 * (n - first) + (j & 3)
+                first_node[k] = (i - first_i) * stride + j - 4 * first_group if rows > 0 else 32 * k + (j & 3)
                 f[k], g[k] = a - i, b - j
+            if rows == 0:
+                first_node[:size] += 32 * (begin - first)
             for k in range(0, size, POINTS):  # the last vector includes stale values, which are not used
                 splines(node, stride, first_node, f, g, k, spline_values, _CHUNK)
+            rows_out = out[begin : begin + size]
             for k in range(size):
                 along, across = spline_values[_CHUNK + k], spline_values[2 * _CHUNK + k]
-                out[begin + k, 0] += amplitude * spline_values[k]
-                out[begin + k, 1] += slope_amplitude * (c * along - s * across)
-                out[begin + k, 2] += slope_amplitude * (s * along + c * across)
+                rows_out[k, 0] += amplitude * spline_values[k]
+                rows_out[k, 1] += slope_amplitude * (c * along - s * across)
+                rows_out[k, 2] += slope_amplitude * (s * along + c * across)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

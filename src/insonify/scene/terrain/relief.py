@@ -34,11 +34,16 @@ def broadcast_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = 
     Raises:
         ValueError: A coordinate is not a number within `FARTHEST`.
     """
+    n, e = np.broadcast_arrays(*_checked_positions(north, east, allow_nan=allow_nan))
+    return n, e
+
+
+def _checked_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = True) -> tuple[Floats, Floats]:
+    """Positions as float64 arrays, see `broadcast_positions`, not broadcast."""
     n, e = (
         require_numbers(name, x, "m", -MAX_COORDINATE, MAX_COORDINATE, allow_nan=allow_nan)
         for name, x in (("north", north), ("east", east))
     )
-    n, e = np.broadcast_arrays(n, e)
     return n, e
 
 
@@ -92,13 +97,15 @@ class ReliefSum(Relief):
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
         """Height and gradient of all parts together, see `Relief.sample`."""
-        position = self.scatterer_grid.from_world(np.stack(broadcast_positions(north, east), axis=-1))
-        return self.to_world(self.sample_in_grid_axes(position[..., 0], position[..., 1]))
+        return self.to_world(self._sample_without_rotation(north, east))
 
     def height(self, north: ArrayLike, east: ArrayLike) -> Floats:
         """Height of all parts together, see `Relief.height`."""
-        position = self.scatterer_grid.from_world(np.stack(broadcast_positions(north, east), axis=-1))
-        return self.sample_in_grid_axes(position[..., 0], position[..., 1]).height
+        return self._sample_without_rotation(north, east).height
+
+    def _sample_without_rotation(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
+        """Height, and gradient along the grid's axes, at positions in the world."""
+        return self.sample_in_grid_axes(*self.scatterer_grid.axes_from_world(*_checked_positions(north, east)))
 
     def sample_in_grid_axes(self, along: ArrayLike, across: ArrayLike) -> TerrainSample:
         """Height, and gradient along the grid's axes, at grid coordinates [m], any shape.
