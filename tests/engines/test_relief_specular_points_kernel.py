@@ -35,7 +35,7 @@ def test_gradients_at_nodes_are_those_of_the_paths(water, stop):
     gradients_at_nodes(depth, margin, terrain, ends, gradient)
     inner = slice(margin, -margin)
     places = np.stack(np.meshgrid(north[inner], east[inner], indexing="ij"), axis=-1).reshape(-1, 2)
-    paths = curved_paths(places, terrain, ends, step)[0]
+    paths = curved_paths(places, terrain, ends, step)[1]
     assert np.abs(paths[:, 1:3]).max() > 0.1
     np.testing.assert_allclose(gradient.reshape(2, -1).T, paths[:, 1:3], rtol=0, atol=1e-9)
 

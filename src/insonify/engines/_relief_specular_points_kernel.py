@@ -31,7 +31,7 @@ GRAZING_SINE, DEPTH, SECANT = 9, 10, 11
 """Columns of the sine of the grazing angle [1], the depth [m] and the secant of the terrain's slope [1]."""
 BLOCK_NODES = 4
 """Side of the blocks of nodes that are searched for changes of sign together [1]."""
-ROOT_NEIGHBOURHOOD = 1e-3
+ROOT_NEIGHBOURHOOD = 0.01
 """Distance to a stationary point that has been found, below which further steps lead there, in steps of nodes [1]."""
 NEWTON_STEPS = 8
 """Steps towards a stationary point [1]."""
@@ -103,7 +103,7 @@ def depth_derivatives(
     return depth, north1 * per_step, east1 * per_step, north2 * square, both * square, east2 * square
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _path_gradient(
     north: float, east: float, depth: float, end: Floats, water: SurfaceWater
 ) -> tuple[float, float, float, float, float, float]:
@@ -127,7 +127,7 @@ def _path_gradient(
     return (p * ray_north, p * ray_east, q, reference / ray.distance, reference / ray.growth, reference * time)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _second_derivatives(
     gradient: tuple[float, float, float, float, float, float], depth: float, water: SurfaceWater
 ) -> tuple[float, float, float, float, float, float]:
@@ -146,7 +146,7 @@ def _second_derivatives(
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds) -> tuple[float, ...]:
     """Columns of the path by one point, from `LENGTH` to `SECANT`."""
     depth, north1, east1, north2, both, east2 = depth_derivatives(north, east, terrain)
@@ -208,7 +208,7 @@ def _principal_curvatures(nn: float, ne: float, ee: float) -> tuple[float, float
 @njit(cache=True, nogil=True, error_model="numpy")
 def curved_paths(
     positions: Floats, terrain: TerrainSpline, ends: PathEnds, reach: float
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Paths by n stationary points, and how the path length bends about each.
 
     Args:
@@ -218,16 +218,17 @@ def curved_paths(
         reach: Distance to either side within which the curvature changes evenly [m].
 
     Returns:
-        Columns from `LENGTH` to `SECANT`, (n, COLUMNS); smaller and larger principal curvature [1/m], (n, 2);
-        difference of the second derivative along each, ahead and behind [1/m], (n, 2).
+        North, east, depth [m], (n, 3); columns from `LENGTH` to `SECANT`, (n, COLUMNS); smaller and larger principal
+        curvature [1/m], (n, 2); difference of the second derivative along each, ahead and behind [1/m], (n, 2).
     """
     rows, curvature = np.empty((len(positions), COLUMNS)), np.empty((len(positions), 2))
-    change = np.zeros((len(positions), 2))
+    points, change = np.empty((len(positions), 3)), np.zeros((len(positions), 2))
     for n in range(len(positions)):
         north, east = positions[n, 0], positions[n, 1]
         path = _path(north, east, terrain, ends)
         for column in range(COLUMNS):
             rows[n, column] = path[column]
+        points[n, 0], points[n, 1], points[n, 2] = north, east, path[DEPTH]
         low, high, cosine, sine = _principal_curvatures(path[CURVATURE], path[CURVATURE + 1], path[CURVATURE + 2])
         curvature[n, 0], curvature[n, 1] = low, high
         for axis in range(2):
@@ -236,7 +237,7 @@ def curved_paths(
                 moved = _path(north + side * reach * a, east + side * reach * b, terrain, ends)
                 nn, ne, ee = moved[CURVATURE], moved[CURVATURE + 1], moved[CURVATURE + 2]
                 change[n, axis] += side * (a * nn * a + a * ne * b + b * ne * a + b * ee * b)
-    return rows, curvature, change
+    return points, rows, curvature, change
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._relief_specular_points_kernel import (
-    DEPTH,
     GRAZING_SINE,
     LENGTH,
     PLANE_CURVATURE,
@@ -268,18 +267,17 @@ def _at(
 ) -> SpecularPoints:
     """Pressure of the path by each stationary point, the strongest first."""
     wavenumber, reach, water = 2 * np.pi / wavelength, scale / 8, ends.water
-    rows, curvature, change = curved_paths(positions, terrain, ends, reach)
-    length, sine, depth = rows.T[[LENGTH, GRAZING_SINE, DEPTH]]
+    points, rows, curvature, change = curved_paths(positions, terrain, ends, reach)
+    length, sine = rows[:, LENGTH], rows[:, GRAZING_SINE]
     plane = np.linalg.det(rows[:, [PLANE_CURVATURE + k for k in (0, 1, 1, 2)]].reshape(-1, 2, 2))
     min_curvature = AIRY * (np.abs(change) / (2 * reach)) ** (2 / 3) * wavenumber ** (-1 / 3)
     value = np.where(curvature < 0, -1, 1) * np.maximum(np.abs(curvature), min_curvature)
     focusing = np.sqrt(plane / np.maximum(np.abs(value[:, 0] * value[:, 1]), 1e-12))
-    points = np.column_stack([positions, depth])
     if water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances
         spreading_distance = [rays_to(points, end, water)[:, 5] for end in (ends.begin, ends.stop)]
         spreading = spreading_distance[0] * spreading_distance[1] * np.sqrt(plane)
         focusing *= length * sine * rows[:, SECANT] / spreading
-        sine = sine * np.interp(depth, water.depth, water.speed) / water.speed[0]
+        sine = sine * np.interp(points[:, 2], water.depth, water.speed) / water.speed[0]
     order = np.argsort(-focusing / length, kind="stable")[:MAX_SPECULAR_POINTS]
     return SpecularPoints(
         points[order], length[order], focusing[order], np.sum(value[order] < 0, axis=1).astype(np.uint8), sine[order],
