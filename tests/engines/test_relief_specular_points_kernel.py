@@ -5,6 +5,7 @@ import pytest
 from scipy.ndimage import spline_filter
 
 from insonify.engines._relief_specular_points_kernel import (
+    CURVATURE,
     PathEnds,
     TerrainSpline,
     changes_sign,
@@ -65,3 +66,30 @@ def test_points_that_repeat_an_earlier_one_or_have_not_converged_are_left_out():
     count = keep_distinct(positions, np.array([True, True, True, False, True, True]), 0.05)
     np.testing.assert_array_equal(positions[:count], [[0.0, 0.0], [1.0, 1.0], [1.0, 1.2]])
     assert keep_distinct(np.empty((0, 2)), np.empty(0, bool), 0.05) == 0
+
+
+def test_curvatures_are_the_eigenvalues_and_change_along_their_eigenvectors():
+    """At 200 points of waves in both directions: eigenvalues of LAPACK, second derivatives of paths to either side."""
+    step, reach = 0.25, 0.1
+    north = np.arange(-5.0, 5.0, step)
+    depth = 30 + 0.3 * np.sin(1.7 * north[:, None] + 0.4) * np.cos(1.3 * north[None, :]) + 0.1 * np.sin(north[None, :])
+    terrain = TerrainSpline(spline_filter(depth, mode="mirror"), north[0], north[0], step)
+    layers = surface_water(Scene(seabed={"depth": 30.0}), 1500.0, False, False)
+    ends = PathEnds(np.array([0.0, 0.0, 10.0]), np.array([3.0, -2.0, 12.0]), layers)
+    places = np.random.default_rng(2).uniform(-3, 3, (200, 2))
+
+    def matrices(positions):
+        rows = curved_paths(positions, terrain, ends, reach)[1]
+        return rows[:, [CURVATURE, CURVATURE + 1, CURVATURE + 1, CURVATURE + 2]].reshape(-1, 2, 2)
+
+    points, _, curvature, change = curved_paths(places, terrain, ends, reach)
+    np.testing.assert_array_equal(points[:, :2], places)
+    value, vector = np.linalg.eigh(matrices(places))
+    np.testing.assert_allclose(curvature, value, rtol=1e-12, atol=1e-14)
+    assert (value[:, 0] < 0).any() and (value[:, 1] > 0).any()
+    for axis in range(2):
+        along = vector[:, :, axis]
+        behind, ahead = (
+            np.einsum("na,nab,nb->n", along, matrices(places + side * reach * along), along) for side in (-1, 1)
+        )
+        np.testing.assert_allclose(np.abs(change[:, axis]), np.abs(ahead - behind), rtol=1e-9, atol=1e-12)

@@ -148,9 +148,9 @@ def _write(
     def repeated(values: list[Any]) -> NDArray[Any]:
         return np.repeat(np.array(values), counts, axis=0)
 
-    place, length, sine, caustics = (joined(name) for name in ("position", "length", "grazing_sine", "caustics"))
+    at, length, sine, caustics = (joined(name) for name in ("position", "length", "grazing_sine", "caustics"))
     first, last = (repeated([[1, 1, -1 if family[k] == "S" else 1] for family in families]) for k in (0, -1))
-    away, towards = place - ends[0] * first, ends[1] * last - place
+    away, towards = at - ends[0] * first, ends[1] * last - at
     away /= np.linalg.norm(away, axis=1, keepdims=True)
     towards /= np.linalg.norm(towards, axis=1, keepdims=True)
     coefficient = scene.seabed.reflection_coefficient_at_sine(sine) * terrain.roughness_reflection_factor(

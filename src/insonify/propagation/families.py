@@ -24,6 +24,7 @@ class Bounces(NamedTuple):
     """True if the first is off the surface; False without bounces."""
 
 
+@lru_cache(maxsize=64)
 def families_up_to(order: int) -> tuple[str, ...]:
     """All families with at most `order` bounces: D, S, B, SB, BS, SBS, BSB, ..."""
     names = [DIRECT]
@@ -49,6 +50,7 @@ def family_bounces(family: str) -> Bounces:
     return Bounces(len(letters), letters.startswith("S"))
 
 
+@lru_cache(maxsize=64)
 def families_reaching(boundary: Boundary, chosen: tuple[str, ...]) -> tuple[str, ...]:
     """Families that reach a scatterer on a boundary without counting its scattering twice.
 

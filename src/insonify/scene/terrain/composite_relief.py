@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,7 +22,7 @@ Kind = PowerLaw | Ripples | BathymetryGrid | Scour
 _LAYERS = 4  # streams a relief may use
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class CompositeRelief(Relief):
     """Resolved terrain, and the components from which the variance of the unresolved roughness follows."""
 
@@ -50,7 +50,7 @@ class CompositeRelief(Relief):
         """Lowest and highest height of the resolved terrain [m], see `Relief.span`."""
         return self.resolved.span
 
-    @property
+    @cached_property
     def shortest_wavelength(self) -> float:
         """Shortest wavelength of the resolved terrain [m]; the cutoff wavelength where there is no relief."""
         waves = [
@@ -63,7 +63,7 @@ class CompositeRelief(Relief):
         ]  # fmt: skip
         return min(waves, default=self.cutoff.wavelength)
 
-    @property
+    @cached_property
     def is_waves(self) -> bool:
         """True: all components have a wavenumber spectrum (no bathymetry grid, no scour pit)."""
         return all(isinstance(kind, PowerLaw | Ripples) for kind in self.components)
