@@ -157,7 +157,8 @@ class HeightmapCache:
         evaluate: Callable[[HeightmapTiles, NDArray[np.bool_]], bool],
     ) -> None:  # fmt: skip
         """Evaluate a kernel on the tiles of a half; arguments see `serve_kernel`."""
-        (begin, end), new_tiles = extent, dict[TileNumber, NDArray[np.floating]]()
+        begin, end = extent
+        new_tiles: dict[TileNumber, NDArray[np.floating]] = {}
         while True:
             with self._lock:
                 half.extend_table(begin, end)

@@ -81,7 +81,7 @@ class TerrainLattice:
             shape: Number of nodes along both axes.
         """
         rows, columns = _tile_numbers(first, shape)
-        whole = np.block([[self._raw_tile(wavelength, row, column) for column in columns] for row in rows])
+        whole = _joined([[self._raw_tile(wavelength, row, column) for column in columns] for row in rows])
         return whole[window(_offset(first), shape)].copy()
 
     def long_waves(self, wavelength: float, first: tuple[int, int], shape: tuple[int, int]) -> LongWaves:
@@ -90,7 +90,7 @@ class TerrainLattice:
 
         def assembled() -> tuple[Floats, Floats]:
             tiles = [[self._filtered_tile(wavelength, row, column) for column in columns] for row in rows]
-            depth, coefficients = (np.block([[tile[k] for tile in along] for along in tiles]) for k in range(2))
+            depth, coefficients = (_joined([[tile[k] for tile in along] for along in tiles]) for k in range(2))
             return depth, coefficients
 
         return LongWaves(*self._windows.get((wavelength, rows, columns), assembled), _offset(first))
@@ -139,6 +139,11 @@ class TerrainLattice:
             return smooth[inner].copy(), spline_coefficients(smooth)[inner].copy()
 
         return self._tiles.get((wavelength, row, column, True), evaluated)
+
+
+def _joined(tiles: list[list[Floats]]) -> Floats:
+    """Tiles side by side, row by row: `numpy.block` without its checks."""
+    return np.concatenate([np.concatenate(along, axis=1) for along in tiles])
 
 
 def _tile_numbers(first: tuple[int, int], shape: tuple[int, int]) -> tuple[range, ...]:
