@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -38,6 +39,44 @@ def test_an_inlined_kernel_is_never_compiled_by_itself():
     """`inline="always"` reaches numba: the callee leaves no machine code of its own."""
     there_and_back(1.0)
     assert not doubled.signatures and halved.signatures
+
+
+class Columns(NamedTuple):
+    """Arrays in a tuple."""
+
+    first: np.ndarray
+    second: np.ndarray
+
+
+def _sum_of_halves(columns: Columns) -> float:
+    """Sum of a view of each array, by loops."""
+    half, total = columns.first.size // 2, 0.0
+    for part in (columns.first[:half], columns.second[half:]):
+        for k in range(part.size):
+            total += part[k]
+    return total
+
+
+counted = jit.njit(error_model="numpy")(_sum_of_halves)
+uncounted = jit.njit(error_model="numpy", reference_counts=False)(_sum_of_halves)
+
+
+@jit.njit(error_model="numpy")
+def both_sums(columns: Columns) -> tuple[float, float]:
+    """Sums by kernels that count references, and that do not."""
+    return counted(columns), uncounted(columns)
+
+
+def test_a_kernel_that_counts_no_references_borrows_its_arrays():
+    """Sums of views, and counts, are as before; instructions that change counts are gone."""
+    columns = Columns(np.arange(6.0), np.arange(6.0) * 10)
+    before = [sys.getrefcount(column) for column in columns]
+    assert both_sums(columns) == (123.0, 123.0)
+    assert [sys.getrefcount(column) for column in columns] == before
+    with_counts, without = (
+        sum(text.count("call void @NRT_") for text in kernel.inspect_llvm().values()) for kernel in (counted, uncounted)
+    )
+    assert without == 0 < with_counts
 
 
 def test_an_intrinsic_is_for_kernels_only():

@@ -101,7 +101,7 @@ class ReceiveBeams(NamedTuple):
     """Pattern of each channel, -1 for a dead one, (channels,)."""
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _apply_carrier(count: int, frequency: float, buffer: "ArrivalBuffer") -> None:
     """Apply the element's gain and the carrier's phase to weights, real and imaginary parts alternating."""
     arrival_time, weight, turned = buffer.arrival_time, buffer.source_weight, buffer.carrier_weight
@@ -195,7 +195,7 @@ def arrival_buffer(terms: int, groups: int, doppler_nodes: Floats) -> ArrivalBuf
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _gather_echoes(i: int, j: int, count: int, buffer: ArrivalBuffer, legs: BlockLegs, is_layered: bool) -> None:
     """Gather the columns of some echoes by one pair of legs at the array's centre into a buffer."""
     tau, curvature, r, distance, u, v, w, doppler_out, expansion = buffer.echoes
@@ -218,7 +218,7 @@ def _gather_echoes(i: int, j: int, count: int, buffer: ArrivalBuffer, legs: Bloc
                 expansion[t, k] = receive_legs.expansion[j, t, np.uintp(scatterer[k])]
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def locate_arrivals(
     e: int, count: int, last: int, buffer: ArrivalBuffer, receive_beams: ReceiveBeams, reception: Reception
 ) -> None:
@@ -232,7 +232,7 @@ def locate_arrivals(
         basis_coordinate(doppler[:count], buffer.basis, x)
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def deposit_pair(
     cells: NDArray[np.complex64], rows: tuple[int, int, int], count: int, buffer: ArrivalBuffer, legs: BlockLegs,
     receive_beams: ReceiveBeams, reception: Reception,
@@ -273,7 +273,7 @@ def deposit_pair(
             deposit_waveforms(cells, c, 1, 1, first_cell, fraction, turned, x, basis, node_weights, count)
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _fill_weights(
     transmit_legs: NDArray[np.complex64], receive_legs: NDArray[np.complex64], count: int, buffer: ArrivalBuffer
 ) -> None:

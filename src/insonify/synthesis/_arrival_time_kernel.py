@@ -76,7 +76,7 @@ class ArrayWater(NamedTuple):
     """Time from the pulse's start to its middle; 0 for a sonar at rest [s]."""
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def transmitter_motion_of_leg(
     north: float, east: float, down: float, wavefront_radius: float, velocity: Floats, pulse_middle: float,
     slowness: float,
@@ -97,7 +97,7 @@ def transmitter_motion_of_leg(
     return pulse_middle + (distance - wavefront_radius) * slowness, mach, wavefront_radius * inverse
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def transmit_moving(
     departure: Floats, wavefront_radius: Floats, velocity: Floats, pulse_middle: float, slowness: float,
     delay_change: Floats, transmitter_mach: Floats, amplitude_factor: Floats,
@@ -121,7 +121,7 @@ def transmit_moving(
         )
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def direction_at_arrival(
     north: float, east: float, down: float, path_length: float, t: float, element: ElementMotion
 ) -> tuple[float, float, float]:
@@ -135,7 +135,7 @@ def direction_at_arrival(
     return scale * x, scale * y, scale * z
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def turn_to_element(
     direction: Floats, path_length: Floats, arrival_time: Floats, element: ElementMotion, directions: Floats
 ) -> None:
@@ -154,7 +154,7 @@ def turn_to_element(
         )
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def arrival_stationary(
     echoes: ArrivalColumns, count: int, element_position: Floats, water: ArrayWater, arrival_time: Floats,
     spreading_ratio: NDArray[Any],
@@ -175,7 +175,7 @@ def arrival_stationary(
         spreading_ratio[i] = np.float32(r * sum_of_distances * inverse * (1 - attenuation * excess))
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def arrival_moving(
     echoes: ArrivalColumns, count: int, element: ElementMotion, water: ArrayWater, arrival_time: Floats,
     spreading_ratio: NDArray[Any], doppler: Floats,
@@ -219,7 +219,7 @@ def arrival_moving(
         arrival_time[i] = tau - pulse_middle
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _expansion_delay(expansion: Floats, i: int, x: float, z: float) -> tuple[float, float, float]:
     """Delay beyond the expansion [s], and its derivatives in x and z [s/m], for an element x nearer and z deeper.
 
@@ -234,7 +234,7 @@ def _expansion_delay(expansion: Floats, i: int, x: float, z: float) -> tuple[flo
     return delay, slope_x, slope_z
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def arrival_refracted(
     echoes: ArrivalColumns, count: int, element: ElementMotion, water: ArrayWater, arrival_time: Floats,
     spreading_ratio: NDArray[Any], doppler: Floats,
@@ -295,7 +295,7 @@ def arrival_refracted(
         arrival_time[i] = tau - pulse_middle
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy", inline="always")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy", inline="always")
 def arrival_times(
     echoes: ArrivalColumns, count: int, element: ElementMotion, water: ArrayWater, arrival_time: Floats,
     spreading_ratio: NDArray[Any], doppler: Floats,

@@ -161,7 +161,7 @@ _WEIGHT = 12 * _PART
 _COLUMNS = 13
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _fill_leg(
     legs: LegColumns, f: int, part_start: int, end: int, extra_attenuation: float, strengths: ScatteringStrengths,
     leg: _Leg,
@@ -192,12 +192,13 @@ def _fill_leg(
     return count
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _direction_factor_roots(factor: Floats, grazing_to_root: Floats) -> None:
     """Replace grazing angles by the root of the direction factor of the cross section; by 1 for no factors."""
     rows = factor.size - 1
     if rows < 1:
-        grazing_to_root[:] = 1.0
+        for k in range(grazing_to_root.size):
+            grazing_to_root[k] = 1.0
         return
     for k in range(grazing_to_root.size):
         sine, _ = sincos_cycles(abs(grazing_to_root[k]) * (0.5 / math.pi))
@@ -210,7 +211,7 @@ def _direction_factor_roots(factor: Floats, grazing_to_root: Floats) -> None:
         grazing_to_root[k] = math.sqrt(factor[row] + (grazing_to_root[k] - row) * (factor[row + 1] - factor[row]))
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _transmit_leg(
     f: int, part_start: int, count: int, transmitter: Transmitter, block: ScattererBlock, leg: _Leg,
     transmit_legs: TransmitLegs, transmit_cosine: Floats,
@@ -245,21 +246,21 @@ def _transmit_leg(
             weight[np.uintp(scatterer[k])] = complex(real * weight_factor, imaginary * weight_factor)
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _array_cosines(axes: Floats, count: int, c: Floats) -> None:
     """Direction cosines along an array's axes."""
     for k in range(count):
         c[_AHEAD + k], c[_RIGHT + k], c[_BELOW + k] = array_cosines(axes, c[_NORTH + k], c[_EAST + k], c[_DOWN + k])
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _apply_element_pattern(beams: BeamTables, count: int, c: Floats) -> None:
     """Multiply factors by the gain of an array's elements."""
     for k in range(count):
         c[_WEIGHT + k] *= element_amplitude(beams, c[_AHEAD + k], c[_RIGHT + k], c[_BELOW + k])
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _rotated_direction(
     x: float, y: float, z: float, arrival_time: float, r: Floats, b: Floats
 ) -> tuple[float, float, float]:
@@ -280,7 +281,7 @@ def _rotated_direction(
     return inverse * north, inverse * east, inverse * down
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _receive_gain(
     row: int, count: int, receiving_array: ReceivingArray, leg: _Leg, gain: Singles, right_cosine: Floats
 ) -> None:
@@ -322,7 +323,7 @@ def _receive_gain(
             )
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _receive_leg(
     j: int, part: tuple[int, int], count: int, block: ScattererBlock, receiving_array: ReceivingArray, leg: _Leg,
     receive_legs: ReceiveLegs, right_cosine: Floats,
@@ -360,12 +361,14 @@ def _receive_leg(
         c[_TIME + k] = first_delay[n] + middle + delay[n]
     if wavefronts.vertical_curvature.size:
         part_count = end - part_start
-        receive_legs.vertical_curvature[j, :part_count], receive_legs.horizontal_distance[j, :part_count] = (
-            wavefronts.vertical_curvature[j, part_start:end],
-            wavefronts.horizontal_distance[j, part_start:end],
-        )
-        receive_legs.expansion[j, :, :part_count] = wavefronts.expansion[j, :, part_start:end]
-    c[_WEIGHT : _WEIGHT + count] = 1.0
+        for k in range(part_count):
+            receive_legs.vertical_curvature[j, k] = wavefronts.vertical_curvature[j, part_start + k]
+            receive_legs.horizontal_distance[j, k] = wavefronts.horizontal_distance[j, part_start + k]
+        for term in range(wavefronts.expansion.shape[1]):
+            for k in range(part_count):
+                receive_legs.expansion[j, term, k] = wavefronts.expansion[j, term, part_start + k]
+    for k in range(count):
+        c[_WEIGHT + k] = 1.0
     if not receiving_array.is_rotating:
         _receive_gain(j, count, receiving_array, leg, receive_legs.gain, right_cosine)
 
@@ -389,11 +392,12 @@ def _reached_buffer(legs: int) -> _ReachedScatterers:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, error_model="numpy")
 def _record_reached(reached: _ReachedScatterers, f: int, count: int, leg: _Leg) -> None:
     """Record the scatterers that a leg reaches with any pressure, by the factors in its columns."""
     flag, which, column, reached_count = reached.is_reached[f], reached.scatterer[f], leg.column, 0
-    flag[:] = 0
+    for k in range(flag.size):
+        flag[k] = 0
     for k in range(count):
         sounds = column[_WEIGHT + k] != 0
         flag[np.uintp(leg.scatterer[k])] = sounds
@@ -402,7 +406,7 @@ def _record_reached(reached: _ReachedScatterers, f: int, count: int, leg: _Leg) 
     reached.scatterer_count[f] = reached_count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, error_model="numpy")
 def _echoes_of_pair(
     p: int, i: int, j: int, part_start: int, strengths: ScatteringStrengths, legs_out: _ReachedScatterers,
     legs_back: _ReachedScatterers, buffer: ArrivalBuffer,
@@ -428,18 +432,20 @@ def _echoes_of_pair(
             n = np.uintp(scatterer[k])
             buffer.scatterer[np.uintp(count)] = scatterer[k]
             count += flag[n] & np.uint8(priority[n] < keep_probability[np.uintp(range_bin[n])])
-        weight = np.float32(strengths.weight[p]) / np.sqrt(keep_probability)
+        weight = np.float32(strengths.weight[p])
         for k in range(count):
-            buffer.strength[k] = weight[np.uintp(range_bin[np.uintp(buffer.scatterer[k])])]
+            kept = keep_probability[np.uintp(range_bin[np.uintp(buffer.scatterer[k])])]
+            buffer.strength[k] = weight / np.sqrt(kept)
     else:
         for k in range(scatterer.size):
             buffer.scatterer[np.uintp(count)] = scatterer[k]
             count += flag[np.uintp(scatterer[k])]
-        buffer.strength[:count] = strengths.weight[p]
+        for k in range(count):
+            buffer.strength[k] = strengths.weight[p]
     return count
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _receive_gain_by_pair(
     rows: tuple[int, int], count: int, buffer: ArrivalBuffer, legs: BlockLegs, length: Floats,
     receiving_array: ReceivingArray, leg: _Leg, right_cosine: Floats,
@@ -447,12 +453,13 @@ def _receive_gain_by_pair(
     """Gains of a rotating array for one pair of legs, whose echoes have their own times of arrival."""
     i, j = rows
     c, direction = leg.column, legs.receive.direction[j]
-    leg.scatterer[:count] = buffer.scatterer[:count]
     for k in range(count):
+        leg.scatterer[k] = buffer.scatterer[k]
         n = np.uintp(buffer.scatterer[k])
         c[_TIME + k], c[_LENGTH + k] = legs.transmit.delay[i, n] + legs.receive.delay[j, n], length[n]
         c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = direction[n, 0], direction[n, 1], direction[n, 2]
-    c[_WEIGHT : _WEIGHT + count] = 1.0
+    for k in range(count):
+        c[_WEIGHT + k] = 1.0
     _receive_gain(0, count, receiving_array, leg, legs.receive.gain, right_cosine)
 
 

@@ -79,7 +79,7 @@ def row_sort_buffer(rows: int) -> RowSortBuffer:
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _sort_by_row(
     right_cosine: Floats, column_number: NDArray[np.int32], count: int, rows: DirectionRows, row_count: int,
     sort_buffer: RowSortBuffer,
@@ -101,7 +101,8 @@ def _sort_by_row(
         position = min(max(position, 0.0), float(last))
         cell = np.floor(position)
         sort_buffer.row[k], sort_buffer.row_fraction[k] = np.int32(cell), np.float32(position - cell - 0.5)
-    sort_buffer.starts[:] = 0
+    for r in range(sort_buffer.starts.size):
+        sort_buffer.starts[r] = 0
     for k in range(count):
         sort_buffer.starts[sort_buffer.row[k] + 1] += 1
     for r in range(1, sort_buffer.starts.size):
@@ -135,7 +136,7 @@ class DirectionColumns(NamedTuple):
     """Work arrays for sorting."""
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def deposit_pair_by_direction(
     cells: NDArray[np.complex64], leg_rows: tuple[int, int, int], count: int, buffer: ArrivalBuffer, legs: BlockLegs,
     receive_beams: ReceiveBeams, reception: Reception, directions: DirectionColumns,
@@ -188,7 +189,7 @@ def deposit_pair_by_direction(
     _deposit_rows(cells, sort_buffer, buffer)
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buffer: ArrivalBuffer) -> None:
     """Deposit sorted echoes on the rows of their kernels, row by row."""
     starts, basis = sort_buffer.starts, buffer.basis

@@ -68,7 +68,7 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
     return BasisWeights(middle, half, single_node, single_scale, coefficients)
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def basis_coordinate(doppler: Floats, basis: BasisWeights, x: NDArray[np.float32]) -> None:
     """Coordinate of echoes in the waveform basis, -1..1 over its range and limited to it [1].
 
@@ -106,7 +106,7 @@ def basis_weights(x: NDArray[np.float32], node: NDArray[Any], scale: NDArray[Any
             node_weights[s, i] *= running[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, reference_counts=False, error_model="numpy")
 def deposit_waveforms(
     cells: NDArray[np.complex64], channel: int, channel_count: int, channel_stride: int, first_cell: NDArray[np.int32],
     fraction: NDArray[np.float32], weight: NDArray[np.float32], x: NDArray[np.float32], basis: BasisWeights,
