@@ -10,6 +10,38 @@ from insonify.engines.radial_tables import FamilyTable, RadialLegs
 from insonify.jit import njit
 from insonify.propagation.image_path_kernel import ImagePaths
 
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+Singles = NDArray[np.float32]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def reached_samples(
+    position: Floats, amplitude: NDArray[np.complex64], legs: RadialLegs, list_starts: Integers, beam_bearing: Singles,
+    rows: Integers, points: Floats,
+) -> int:  # fmt: skip
+    """Fill numbers and positions of the samples that legs of one family reach; return their number.
+
+    Args:
+        position: North, east, depth of the sonar [m], (3,).
+        amplitude: Amplitude of the legs, 0 for no path [1], (at least n,).
+        legs: Legs to the n samples of s radials.
+        list_starts: First sample of each radial in `beam_bearing`, (s,).
+        beam_bearing: See `SampleLists`.
+        rows: Result, (n,).
+        points: Result, north, east, depth [m], (n, 3).
+    """
+    radial_offsets, range_depth, count = legs.radial_offsets, legs.range_depth, 0
+    for s in range(list_starts.size):
+        for n in range(radial_offsets[s], radial_offsets[s + 1]):
+            leg, listed = amplitude[n], list_starts[s] + n - radial_offsets[s]
+            if leg.real != 0 or leg.imag != 0:
+                rows[count], points[count, 2] = n, range_depth[1, n]
+                for i in range(2):
+                    points[count, i] = position[i] + range_depth[0, n] * beam_bearing[i, listed]
+                count += 1
+    return count
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_image_paths(

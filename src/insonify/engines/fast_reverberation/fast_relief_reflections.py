@@ -5,13 +5,11 @@ with bottom bounces are replaced by those of `local_plane_paths` at the samples 
 by terrain and targets remains that over the mean plane.
 """
 
-from typing import Any
-
 import numpy as np
 
-from insonify.engines.fast_reverberation._fast_relief_reflections_kernel import write_image_paths
+from insonify.engines.fast_reverberation._fast_relief_reflections_kernel import reached_samples, write_image_paths
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
-from insonify.engines.radial_tables import PairSamples, RadialLegs, RadialSet
+from insonify.engines.radial_tables import RadialLegs, RadialSet
 from insonify.engines.relief_reflections import reflection_product
 from insonify.propagation.local_planes import local_plane_paths
 from insonify.scene.scene import Scene
@@ -21,7 +19,7 @@ from insonify.sonar.ping_geometry import PingGeometry
 
 def bounce_off_relief(
     scene: Scene, terrain: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan, part: RadialSet,
-    legs: RadialLegs, pairs: PairSamples,
+    legs: RadialLegs,
 ) -> None:  # fmt: skip
     """Replace the legs with bottom bounces of some radials by legs off planes fitted to the seabed at each bounce.
 
@@ -32,28 +30,18 @@ def bounce_off_relief(
         plan: The reverberation plan.
         part: The radials, s of them.
         legs: Legs to the samples of the radials, changed in place.
-        pairs: Samples of each pair.
     """
-    radial_offsets = legs.radial_offsets
-    families = [f for f, name in enumerate(plan.families) if "B" in name]
-    point: Any = None
-    for f in families:
-        requested = np.zeros(int(radial_offsets[-1]), bool)
-        for k in np.flatnonzero((plan.allocation.pair == f).any(axis=1)):
-            requested[pairs.rows[k, : pairs.sample_count[k]]] = True
-        rows = np.flatnonzero(requested & (np.abs(legs.amplitude[f, : len(requested)]) > 0))
-        if not len(rows):
-            continue
-        if point is None:
-            counts = np.diff(radial_offsets)
-            point = np.repeat(part.lists.list_offsets[part.list_rows] - radial_offsets[:-1], counts) + np.arange(
-                radial_offsets[-1]
+    list_starts, size = part.lists.list_offsets[part.list_rows], int(legs.radial_offsets[-1])
+    all_rows, all_points = np.empty(size, np.int64), np.empty((size, 3))
+    position, wavelength = ping_geometry.transmit_position, ping_geometry.wavelength
+    for f, family in enumerate(plan.families):
+        count = 0
+        if "B" in family:
+            count = reached_samples(
+                position, legs.amplitude[f], legs, list_starts, part.lists.beam_bearing, all_rows, all_points
             )
-        beam_bearing = part.lists.beam_bearing[:, point[rows]]
-        position, (distance, depth) = ping_geometry.transmit_position, legs.range_depth[:, rows]
-        points = np.stack(
-            [position[0] + distance * beam_bearing[0], position[1] + distance * beam_bearing[1], depth], axis=-1
-        )
-        paths = local_plane_paths(plan.families[f], position, points, terrain, ping_geometry.wavelength)
-        product = reflection_product(plan.families[f], paths, terrain, ping_geometry.wavelength, scene)
-        write_image_paths(rows, paths, product.astype(np.complex64), 1 / scene.water.sound_speed, f, plan.table, legs)
+        if count:
+            rows, points = all_rows[:count], all_points[:count]
+            paths = local_plane_paths(family, position, points, terrain, wavelength)
+            product = reflection_product(family, paths, terrain, wavelength, scene).astype(np.complex64)
+            write_image_paths(rows, paths, product, 1 / scene.water.sound_speed, f, plan.table, legs)

@@ -193,7 +193,7 @@ class FastReverberation:
         ranges = kernel.walk_radials(frame, channel, part, tiles, plan.table, legs, pairs, interference_ranges)
         terrain = seabed.terrain
         if terrain is not None and terrain.span[0] < terrain.span[1]:
-            bounce_off_relief(self.scene, terrain, ping_geometry, plan, part, legs, pairs)
+            bounce_off_relief(self.scene, terrain, ping_geometry, plan, part, legs)
         unlit = unlit_rows(plan, legs, pairs) if labelled else None
         positions = cache(partial(sample_positions, ping_geometry, part, legs))
         shaded = self._apply_target_shadows(part, legs, positions()) if part.passes_target.any() else None
