@@ -14,6 +14,8 @@ Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 OCCLUDING_MARGIN = 0.98
 """Part of the distance from which seabed may occlude, for the rounding of heights between nodes of the map [1]."""
+LEAST_LENGTH_FACTOR = (27 / 4) ** 0.25
+"""Least length of a leg, to the power of 1.5, over its horizontal distance and the root of its height [1]."""
 
 
 class RadialProfile(NamedTuple):
@@ -68,6 +70,53 @@ def running_horizon(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def mark_clear_bounces(channel: IsovelocityChannel, families: FamilyTable, clear: NDArray[np.bool_]) -> None:
+    """Mark the families whose rays no seabed occludes before their last bounce, at any distance.
+
+    Seabed that rises by r occludes a ray before or behind a bottom bounce only where it is nearer to the bounce than
+    r / tan(grazing). Terrain within half the length of the Fresnel zone about the bounce reflects and does not occlude:
+    w L / (d tan(grazing)), with w = sqrt(wavelength L f (1 - f)) for a leg of length L, horizontally d, of which the
+    fraction f = c / h lies before the bounce, c and h vertically. As L^1.5 / d is at least (27 / 4)^0.25 h^0.5, no
+    seabed occludes the ray where (27 / 4)^0.25 sqrt(wavelength c (1 - f)) > r.
+
+    Args:
+        channel: Water of the straight rays, with the span of the seabed.
+        families: Tables of the families.
+        clear: Result, also True for families without bottom bounces, (f,).
+    """
+    bounce_codes, (highest, lowest) = families.bounce_codes, channel.terrain_span
+    rise = max(channel.water_depth - highest, lowest - channel.water_depth)
+    for f in range(bounce_codes.shape[0]):
+        height = abs(channel.water_depth - families.image_depths[f]) - rise
+        climb = channel.water_depth - channel.sonar_depth if bounce_codes[f, 0] == 2 else channel.sonar_depth
+        clear[f] = True
+        for s in range(bounce_codes.shape[1]):
+            if bounce_codes[f, s] == 2:
+                width = LEAST_LENGTH_FACTOR * math.sqrt(channel.wavelength * climb * max(1 - climb / height, 0.0))
+                clear[f] = clear[f] and OCCLUDING_MARGIN * width > rise
+            climb += channel.water_depth
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_used_horizons(clear: NDArray[np.bool_], families: FamilyTable, used: NDArray[np.bool_]) -> None:
+    """Mark the launch horizons of all segments of families, or of the last one of those of `mark_clear_bounces`."""
+    used[:] = False
+    for f in range(clear.size):
+        bounces = bounce_count(f, families)
+        for s in range(bounces if clear[f] else 0, bounces + 1):
+            used[families.horizon_row[f, s]] = True
+
+
+@njit(inline="always")
+def bounce_count(family: int, families: FamilyTable) -> int:
+    """Number of bounces of a family."""
+    bounces = 0
+    while bounces < families.bounce_codes.shape[1] and families.bounce_codes[family, bounces] > 0:
+        bounces += 1
+    return bounces
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def first_occluding_sample(listed: int, channel: IsovelocityChannel, families: FamilyTable) -> int:
     """First sample of a radial that may occlude one from a given one on, in rays that do not rise off the seabed.
 
@@ -92,7 +141,7 @@ def first_occluding_sample(listed: int, channel: IsovelocityChannel, families: F
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_reached_samples(
     family: int, reached_families: Integers, sample_number: Integers, requested_families: Integers,
-    profile: RadialProfile, channel: IsovelocityChannel, families: FamilyTable,
+    profile: RadialProfile, channel: IsovelocityChannel, families: FamilyTable, clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """Mark the listed samples of a radial that one family reaches; only for terrain below the sonar.
 
@@ -104,20 +153,17 @@ def mark_reached_samples(
         profile: Terrain and launch horizons along the radial.
         channel: Water of the straight rays.
         families: Tables of the families.
+        clear: Result of `mark_clear_bounces`.
     """
-    bounce_codes, terrain = families.bounce_codes, profile.terrain
-    bounces = 0
-    while bounces < bounce_codes.shape[1] and bounce_codes[family, bounces] > 0:
-        bounces += 1
+    terrain, bounces = profile.terrain, bounce_count(family, families)
     bit, none = np.int32(1 << family), np.int32(0)
-    direct = bounces == 0 or (bounces == 1 and bounce_codes[family, 0] == 1)  # a rising ray clears the seabed
     horizon_row = families.horizon_row[family, bounces]
     launch_slope, horizon = profile.launch_slope[horizon_row], profile.horizon[horizon_row]
-    for i in range(sample_number.size if direct else 0):
+    for i in range(sample_number.size if clear[family] else 0):
         k = np.uint32(sample_number[i])
         unobstructed = (launch_slope[k] <= horizon[k]) & (terrain[k] > 0)
         reached_families[i] |= requested_families[i] & (bit if unobstructed else none)
-    for i in range(0 if direct else sample_number.size):
+    for i in range(0 if clear[family] else sample_number.size):
         index = sample_number[i]
         if (requested_families[i] & bit) != 0 and launch_slope[index] <= horizon[index] and terrain[index] > 0:
             distance = (index + profile.start_steps) * profile.step

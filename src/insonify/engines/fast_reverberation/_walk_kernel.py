@@ -14,7 +14,9 @@ from insonify.engines import radial_columns as column
 from insonify.engines.fast_reverberation._line_of_sight_kernel import (
     RadialProfile,
     first_occluding_sample,
+    mark_clear_bounces,
     mark_reached_samples,
+    mark_used_horizons,
     running_horizon,
 )
 from insonify.engines.fast_reverberation._radial_legs_kernel import SampleBlock, legs_to_samples
@@ -71,6 +73,9 @@ def walk_radials(
     node_index, size = np.empty(max_sample_count, np.uint32), BLOCK + max_list_length
     block = SampleBlock(np.empty((5, size), np.float32), np.empty(size, np.int32), np.empty((4, size), np.float32),
                         np.empty(size))  # fmt: skip
+    clear, used = np.empty(families.image_depths.size, np.bool_), np.empty(horizon_count, np.bool_)
+    mark_clear_bounces(channel, families, clear)
+    mark_used_horizons(clear, families, used)
     n, ranges, block_start, first_radial, family_bits = 0, 0, 0, 0, 0
     pairs.sample_count[:] = 0
     for s in range(radials.shape[0]):
@@ -81,15 +86,17 @@ def walk_radials(
             span = first_occluding_sample(lists.sample_number[begin], channel, families), lists.sample_counts[list_row]
             sample_radial_terrain(frame, radials[s], span, channel.water_depth, tiles, node_index, line_depth, slope)
             for w in range(horizon_count):
-                if lists.needed_horizons[list_row, w]:
+                if used[w] and lists.needed_horizons[list_row, w]:
                     running_horizon(line_depth, families.horizon_image_depths[w], families.horizon_rising[w], spacing,
                                     start_steps, span, launch_slope[w], horizon[w])  # fmt: skip
             gather_samples(lists, (begin, stop, n - block_start, n), radials[s], frame, line_depth, slope, block,
                            legs.range_depth)  # fmt: skip
             profile = RadialProfile(line_depth, span[1], start_steps, spacing, launch_slope, horizon)
             for f in range(families.image_depths.size):
-                mark_reached_samples(f, block.reached_families[n - block_start :], lists.sample_number[begin:stop],
-                                     lists.requested_families[begin:stop], profile, channel, families)  # fmt: skip
+                mark_reached_samples(
+                    f, block.reached_families[n - block_start :], lists.sample_number[begin:stop],
+                    lists.requested_families[begin:stop], profile, channel, families, clear,
+                )  # fmt: skip
             family_bits |= lists.family_bits[list_row]
             n += stop - begin
         if n - block_start < BLOCK and s + 1 < radials.shape[0]:
