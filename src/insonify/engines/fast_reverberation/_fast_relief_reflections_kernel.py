@@ -1,11 +1,12 @@
 """Legs of fast reverberation off local planes, as columns of its samples. Plain numbers and arrays only."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.fast_reverberation._radial_legs_kernel import exp2_nonpositive
 from insonify.engines.radial_tables import FamilyTable, RadialLegs
 from insonify.jit import njit
 from insonify.propagation.image_path_kernel import ImagePaths
@@ -14,13 +15,33 @@ Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 
+CHUNK = 128
+"""Legs that are evaluated together, in the first-level cache."""
+_C, _DOWN, _DEPARTURE, _REAL, _LENGTH, _ROOT = (np.uint64(CHUNK * row) for row in (1, 2, 3, 6, 8, 9))
+"""Rows of the workspace: the first to the third is the arrival, two from `_REAL` on are the pressure."""
+
+
+class SamplesOnSegments(NamedTuple):
+    """Samples that legs of one family reach, on segments of radials between two of them, the nodes."""
+
+    row: Integers
+    """Number of each sample, (m,)."""
+    segment: Integers
+    """Node at which the segment begins; the next one ends it, (m,)."""
+    fraction: Floats
+    """Part of the segment before the sample [1], (m,)."""
+    listed: Integers
+    """Number of each sample in `SampleLists`, (m,)."""
+    point: Floats
+    """North, east, depth of the nodes [m], (k, 3)."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def reached_samples(
     position: Floats, amplitude: NDArray[np.complex64], legs: RadialLegs, list_starts: Integers, beam_bearing: Singles,
-    rows: Integers, points: Floats,
-) -> int:  # fmt: skip
-    """Fill numbers and positions of the samples that legs of one family reach; return their number.
+    spacing: tuple[float, float], samples: SamplesOnSegments,
+) -> tuple[int, int]:  # fmt: skip
+    """Fill the samples that legs of one family reach; return their number, and that of the nodes.
 
     Args:
         position: North, east, depth of the sonar [m], (3,).
@@ -28,56 +49,161 @@ def reached_samples(
         legs: Legs to the n samples of s radials.
         list_starts: First sample of each radial in `beam_bearing`, (s,).
         beam_bearing: See `SampleLists`.
-        rows: Result, (n,).
-        points: Result, north, east, depth [m], (n, 3).
+        spacing: Longest segment over the root of the leg's length [m^0.5], and height of the family's image of the
+            sonar above the seabed [m].
+        samples: Result, (n,) and (n, 3).
     """
-    radial_offsets, range_depth, count = legs.radial_offsets, legs.range_depth, 0
+    row, segment, fraction, listed, point = samples
+    radial_offsets, distance, depth = legs.radial_offsets, legs.range_depth[0], legs.range_depth[1]
+    per_root, height = spacing
+    count, nodes = 0, 0
     for s in range(list_starts.size):
+        first, shift = count, list_starts[s] - radial_offsets[s]
         for n in range(radial_offsets[s], radial_offsets[s + 1]):
-            leg, listed = amplitude[n], list_starts[s] + n - radial_offsets[s]
-            if leg.real != 0 or leg.imag != 0:
-                rows[count], points[count, 2] = n, range_depth[1, n]
-                for i in range(2):
-                    points[count, i] = position[i] + range_depth[0, n] * beam_bearing[i, listed]
+            if amplitude[n].real != 0 or amplitude[n].imag != 0:
+                row[count], listed[count] = n, n + shift
                 count += 1
-    return count
+        begin = first
+        while begin < count:
+            at, end = distance[row[begin]], begin + 1
+            longest = per_root * math.sqrt(math.hypot(at, height))
+            while end + 1 < count and distance[row[end + 1]] - at <= longest:
+                end += 1
+            length = distance[row[min(end, count - 1)]] - at
+            for m in range(begin, min(end, count)):
+                segment[m], fraction[m] = nodes, (distance[row[m]] - at) / length if m > begin else 0.0
+            n, at_sonar = row[begin], listed[begin]
+            for i in range(2):
+                point[nodes, i] = position[i] + distance[n] * beam_bearing[i, at_sonar]
+            point[nodes, 2] = depth[n]
+            nodes, begin = nodes + 1, end
+    return count, nodes
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _node_columns(
+    position: Floats, point: Floats, paths: ImagePaths, reflection: NDArray[np.complex64], sign: float
+) -> Floats:
+    """Columns of the nodes that are linear along segments, (k, 8).
+
+    They are the image of the sonar re the sonar [m], departure less arrival, the latter's vertical part times `sign`,
+    and the reflection, 0 without a path.
+    """
+    columns = np.empty((point.shape[0], 8))
+    for k in range(point.shape[0]):
+        for i in range(3):
+            direction = paths.arrival[k, i]
+            columns[k, i] = point[k, i] - position[i] - paths.length[k] * direction
+            columns[k, 3 + i] = paths.departure[k, i] - (sign * direction if i == 2 else direction)
+        columns[k, 6], columns[k, 7] = (reflection[k].real, reflection[k].imag) if paths.is_valid[k] else (0.0, 0.0)
+    return columns
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gather(
+    begin: int, depth: float, samples: SamplesOnSegments, nodes: Floats, legs: RadialLegs, beam_bearing: Singles,
+    workspace: Floats,
+) -> None:  # fmt: skip
+    """Gather the columns of the nodes at the next samples, the first three as vectors from the image to the sample.
+
+    Args:
+        begin: First of the samples.
+        depth: Depth of the sonar [m].
+        samples: The samples.
+        nodes: See `_node_columns`.
+        legs: Legs of the radials.
+        beam_bearing: See `SampleLists`.
+        workspace: Result, and the normals of the samples, 11 rows of `CHUNK`.
+    """
+    distances, depths = legs.range_depth[0], legs.range_depth[1]
+    values, normal_n, normal_e, normal_d = nodes.reshape(nodes.size), legs.normal[0], legs.normal[1], legs.normal[2]
+    bearing_n, bearing_e = beam_bearing[0], beam_bearing[1]
+    real, imaginary = np.uint64(6), np.uint64(7)
+    for q in range(np.uint64(min(CHUNK, samples.row.size - begin))):
+        m = np.uint64(begin) + q
+        n, t, listed = np.uint64(samples.row[m]), samples.fraction[m], np.uint64(samples.listed[m])
+        low = np.uint64(8) * np.uint64(samples.segment[m])
+        high = low + np.uint64(8 if t > 0 else 0)
+        if (values[low + real] == 0 and values[low + imaginary] == 0) or (
+            values[high + real] == 0 and values[high + imaginary] == 0
+        ):  # the nearer one, with or without a path
+            low = high = low if t < 0.5 else high
+        for i in range(np.uint64(8)):
+            workspace[i * _C + q] = values[low + i] + t * (values[high + i] - values[low + i])
+        workspace[q] = distances[n] * bearing_n[listed] - workspace[q]
+        workspace[_C + q] = distances[n] * bearing_e[listed] - workspace[_C + q]
+        workspace[_DOWN + q] = depths[n] - depth - workspace[_DOWN + q]
+        workspace[_LENGTH + q], workspace[_ROOT + q], workspace[_ROOT + _C + q] = normal_n[n], normal_e[n], normal_d[n]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _reflect(count: int, sign: float, absorption: np.float32, workspace: Floats) -> None:
+    """Lengths, directions, pressures and roots of one less the sine of the grazing angle, in place.
+
+    Args:
+        count: Number of legs.
+        sign: Factor of the vertical direction at the sonar.
+        absorption: Absorption [octaves of pressure/m].
+        workspace: Columns of `_gather`. Result: arrival; departure; pressure; length [m], and root [1].
+    """
+    for q in range(np.uint64(count)):  # in one array: no loop over so many arrays is vectorised
+        x, y, z = workspace[q], workspace[_C + q], workspace[_DOWN + q]
+        length = math.sqrt(x * x + y * y + z * z)
+        inverse = 1 / length
+        x, y, z = x * inverse, y * inverse, z * inverse
+        workspace[q], workspace[_C + q], workspace[_DOWN + q] = x, y, z
+        workspace[_DEPARTURE + q] += x
+        workspace[_DEPARTURE + _C + q] += y
+        workspace[_DEPARTURE + _DOWN + q] += sign * z
+        a, b, c = workspace[_LENGTH + q], workspace[_ROOT + q], workspace[_ROOT + _C + q]
+        facing = x * a + y * b + z * c
+        pressure: Any = np.float64(exp2_nonpositive(-absorption * np.float32(length))) * inverse
+        pressure = pressure if facing < 0 else 0.0
+        workspace[_REAL + q] *= pressure
+        workspace[_REAL + _C + q] *= pressure
+        workspace[_LENGTH + q], workspace[_ROOT + q] = length, math.sqrt(min(max(1 + facing, 0.0), 1.0))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_image_paths(
-    points: NDArray[np.int64], paths: ImagePaths, reflection: NDArray[np.complex64], slowness: float, f: int,
-    table: FamilyTable, legs: RadialLegs,
+    position: Floats, samples: SamplesOnSegments, beam_bearing: Singles, paths: ImagePaths,
+    reflection: NDArray[np.complex64], slowness: float, f: int, table: FamilyTable, legs: RadialLegs,
 ) -> None:  # fmt: skip
-    """Overwrite some legs of one family.
+    """Overwrite the legs of one family to some samples: images of the sonar are linear along segments.
 
     Args:
-        points: Numbers of the samples that the legs reach, (m,).
-        paths: The paths off local planes, m of them.
-        reflection: Product of the reflection coefficients of each path [1], (m,).
+        position: North, east, depth of the sonar [m], (3,).
+        samples: The samples.
+        beam_bearing: See `SampleLists`.
+        paths: The paths to the nodes off local planes, k of them.
+        reflection: Product of the reflection coefficients of each path [1], (k,).
         slowness: One over the speed of sound [s/m].
         f: Row of the family.
         table: Tables of the families.
         legs: Result, in row f of its columns.
     """
-    normal, direction_factor, absorption = legs.normal, table.direction_factor, table.absorption_octaves
-    delay, amplitude = legs.delay[f], legs.amplitude[f]
-    departure, arrival = legs.departure[f], legs.arrival[f]
+    direction_factor, absorption = table.direction_factor, np.float32(table.absorption_octaves)
+    delay, amplitude, departure, arrival = legs.delay[f], legs.amplitude[f], legs.departure[f], legs.arrival[f]
     last: Any = direction_factor.size - 1
-    for m in range(points.size):
-        n, length = points[m], paths.length[m]
-        facing = 0.0
-        for i in range(3):
-            departure[i, n], arrival[i, n] = paths.departure[m, i], paths.arrival[m, i]
-            facing += paths.arrival[m, i] * normal[i, n]
-        delay[n] = length * slowness
-        if facing >= 0 or not paths.is_valid[m]:
-            amplitude[n] = 0
-            continue
-        pressure = 2.0 ** (-absorption * length) / length
-        if last > 0:
-            index = math.sqrt(min(max(1 + facing, 0.0), 1.0)) * last
-            cell = min(int(index), last - 1)
-            pressure *= math.sqrt(
-                direction_factor[cell] + (index - cell) * (direction_factor[cell + 1] - direction_factor[cell])
-            )
-        amplitude[n] = reflection[m] * pressure
+    sign = 1.0
+    for q in range(table.bounce_codes.shape[1]):
+        sign = -sign if table.bounce_codes[f, q] > 0 else sign
+    nodes = _node_columns(position, samples.point, paths, reflection, sign)
+    workspace = np.empty(11 * CHUNK)
+    for begin in range(0, samples.row.size, CHUNK):
+        count = min(CHUNK, samples.row.size - begin)
+        _gather(begin, position[2], samples, nodes, legs, beam_bearing, workspace)
+        _reflect(count, sign, absorption, workspace)
+        rows = samples.row[begin : begin + count]
+        for q in range(np.uint64(count)):
+            n, factor = rows[q], 1.0
+            if last > 0:
+                index = workspace[_ROOT + q] * last
+                cell = min(int(index), last - 1)
+                factor = math.sqrt(
+                    direction_factor[cell] + (index - cell) * (direction_factor[cell + 1] - direction_factor[cell])
+                )
+            for i in range(np.uint64(3)):
+                arrival[i, n], departure[i, n] = workspace[i * _C + q], workspace[_DEPARTURE + i * _C + q]
+            delay[n] = workspace[_LENGTH + q] * slowness
+            amplitude[n] = complex(factor * workspace[_REAL + q], factor * workspace[_REAL + _C + q])

@@ -1,20 +1,30 @@
 """Bottom bounces over relief in fast reverberation: legs reflected by planes fitted to the terrain at their bounces.
 
 Along radials, every bounce is a reflection at the mean plane, as in the keep probabilities of pairs. Over relief, legs
-with bottom bounces are replaced by those of `local_plane_paths` at the samples where any pair requests them. Occlusion
-by terrain and targets remains that over the mean plane.
+with bottom bounces are replaced by those of `local_plane_paths` at the samples where any pair requests them. Bounces of
+successive samples lie much closer together than their Fresnel zones are wide, so planes are fitted for some samples
+only, the nodes. Between two nodes of a radial the image of the sonar in the planes is linear. Occlusion by terrain and
+targets remains that over the mean plane.
 """
 
 import numpy as np
 
-from insonify.engines.fast_reverberation._fast_relief_reflections_kernel import reached_samples, write_image_paths
+from insonify.engines.fast_reverberation._fast_relief_reflections_kernel import (
+    SamplesOnSegments,
+    reached_samples,
+    write_image_paths,
+)
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.radial_tables import RadialLegs, RadialSet
 from insonify.engines.relief_reflections import reflection_product
+from insonify.propagation.families import bounce_sequence
 from insonify.propagation.local_planes import local_plane_paths
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.sonar.ping_geometry import PingGeometry
+
+ZONE_PART = 0.125
+"""Longest distance between the bounces of successive nodes, re the half width of the Fresnel zone [1]."""
 
 
 def bounce_off_relief(
@@ -31,17 +41,40 @@ def bounce_off_relief(
         part: The radials, s of them.
         legs: Legs to the samples of the radials, changed in place.
     """
-    list_starts, size = part.lists.list_offsets[part.list_rows], int(legs.radial_offsets[-1])
-    all_rows, all_points = np.empty(size, np.int64), np.empty((size, 3))
-    position, wavelength = ping_geometry.transmit_position, ping_geometry.wavelength
+    list_starts, beam_bearing = part.lists.list_offsets[part.list_rows], part.lists.beam_bearing
+    size, position, wavelength = int(legs.radial_offsets[-1]), ping_geometry.transmit_position, ping_geometry.wavelength
+    numbers = np.empty((3, size), np.int64)
+    columns = SamplesOnSegments(numbers[0], numbers[1], np.empty(size), numbers[2], np.empty((size, 3)))
     for f, family in enumerate(plan.families):
-        count = 0
-        if "B" in family:
-            count = reached_samples(
-                position, legs.amplitude[f], legs, list_starts, part.lists.beam_bearing, all_rows, all_points
-            )
+        if "B" not in family:
+            continue
+        height = abs(terrain.depth - float(plan.table.image_depths[f]))
+        spacing = _node_spacing(family, float(position[2]), height, terrain.depth, wavelength), height
+        count, nodes = reached_samples(position, legs.amplitude[f], legs, list_starts, beam_bearing, spacing, columns)
         if count:
-            rows, points = all_rows[:count], all_points[:count]
-            paths = local_plane_paths(family, position, points, terrain, wavelength)
+            point = columns.point[:nodes]
+            paths = local_plane_paths(family, position, point, terrain, wavelength)
             product = reflection_product(family, paths, terrain, wavelength, scene).astype(np.complex64)
-            write_image_paths(rows, paths, product, 1 / scene.water.sound_speed, f, plan.table, legs)
+            row, segment, fraction, listed = (column[:count] for column in columns[:4])
+            samples = SamplesOnSegments(row, segment, fraction, listed, point)
+            write_image_paths(
+                position, samples, beam_bearing, paths, product, 1 / scene.water.sound_speed, f, plan.table, legs
+            )  # fmt: skip
+
+
+def _node_spacing(family: str, source: float, height: float, depth: float, wavelength: float) -> float:
+    """Longest segment along a radial over the root of the leg's length [m^0.5].
+
+    Within a segment no bounce moves by more than `ZONE_PART` of the half width of its first Fresnel zone.
+
+    Args:
+        family: Name of a family with bottom bounces.
+        source: Depth of the sonar [m].
+        height: Height of its image above or below the mean seabed [m].
+        depth: Depth of the mean seabed [m].
+        wavelength: Wavelength of the sound [m].
+    """
+    string = bounce_sequence(family)
+    last = string.rindex("B")
+    fraction = ((source if string[0] == "S" else depth - source) + last * depth) / height
+    return ZONE_PART * float(np.sqrt(wavelength * (1 - fraction) / fraction))
