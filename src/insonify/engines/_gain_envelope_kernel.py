@@ -52,11 +52,11 @@ EnvelopeArguments = tuple[EnvelopeEnd, EnvelopeEnd, bool, Floats, float, Floats,
 
 BATCH = 128
 """Positions that are computed together."""
-_ROWS = 20
+_ROWS = 23
 _NORTH, _EAST, _RADIUS, _SUFFICIENT, _RESULT, _SPARE = range(
     6
 )  # rows that callers fill and read; the others are passing
-_AMPLITUDE = 18
+_AMPLITUDE, _GAIN, _POSITION, _BEFORE, _AFTER = 18, 19, 20, 21, 22
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -164,6 +164,51 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _add_one_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> None:
+    """As `_add_beam_envelope` for one beam: without branches, so that the compiler vectorises the loops."""
+    _, steer, scale, (across, deep, long, tall), per_unit, element, _ = beam
+    sufficient, result, amplitude = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _AMPLITUDE)
+    down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
+    u_max, v_max, gain = _row(workspace, 16), _row(workspace, _SPARE), _row(workspace, _GAIN)
+    right, below, channel_scale = steer[0, 0], steer[0, 1], scale[0]
+    for n in range(size):
+        gain[n] = element_gain(element, w[n] + 1e-12) * amplitude[n]
+        gain[n] = gain[n] if down[n] == down[n] and result[n] < sufficient[n] else 0.0  # no ray, or enough
+    _multiply_envelope(long, per_unit[2], (u, u_max, 0.0), gain, workspace, size)
+    _multiply_envelope(tall, per_unit[3], (v, v_max, 0.0), gain, workspace, size)
+    for n in range(size):
+        gain[n] *= channel_scale
+    _multiply_envelope(across, per_unit[0], (u, u_max, right), gain, workspace, size)
+    for n in range(size):
+        w[n] = gain[n]
+    _multiply_envelope(deep, per_unit[1], (v, v_max, below), w, workspace, size)
+    for n in range(size):
+        result[n] = max(result[n], w[n] if gain[n] > result[n] else 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _multiply_envelope(
+    bound: Floats, per_unit: float, interval: tuple[Floats, Floats, float], gain: Floats, workspace: Floats, size: int
+) -> None:
+    """Multiply the gains of a batch by `_envelope` at intervals of cosines about an axis; a gain without ray is 0.
+
+    Rows of the table are read in a loop of their own: the others are vectorised.
+    """
+    if bound.shape[0] == 0:
+        return
+    (low, high, axis), last = interval, np.int32(bound.shape[0] - 1)
+    position, before, after = _row(workspace, _POSITION), _row(workspace, _BEFORE), _row(workspace, _AFTER)
+    for n in range(size):
+        inside = distance_to_interval(low[n], high[n], axis) * per_unit
+        position[n] = inside if inside >= 0.0 else 0.0  # no number where there is no ray
+    for n in range(size):
+        row = min(np.int32(position[n]), last)
+        before[n], after[n] = bound[np.uint32(row)], bound[np.uint32(min(row + np.int32(1), last))]
+    for n in range(size):  # beyond the last row both are the same
+        gain[n] *= before[n] + (position[n] - np.floor(position[n])) * (after[n] - before[n])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int) -> None:
     """Raise the result of a batch to the envelope over one row's glints, by the fourth-power mean of directions."""
     (axes, steer, scale, (across, deep, long, tall), per_unit, element, _), spreads = end[4], end[5]
@@ -197,6 +242,14 @@ def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _between_nodes(value: Floats, node: Floats, part: Floats, result: Floats, size: int) -> None:
+    """Values of a batch between nodes: the number of the node before each, and the part of the way to the next."""
+    for n in range(size):
+        row = np.uint32(np.int32(node[n]))
+        result[n] = value[row] + part[n] * (value[row + np.uint32(1)] - value[row])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _one_way_envelope(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) -> None:
     """Envelope of one end's beams near the positions of a batch, the largest of all rows of rays, into `_RESULT`.
 
@@ -213,15 +266,14 @@ def _one_way_envelope(end: EnvelopeEnd, workspace: Floats, has_radius: bool, siz
     amplitude, still = _row(workspace, _AMPLITUDE), spreads.amplitude.shape[1] == 0
     result[:size], amplitude[:size] = 0.0, 1.0
     for family in range(sines.shape[0]):
-        for n in range(size):
-            row = int(node[n])
-            down[n] = sines[family, row] + part[n] * (sines[family, row + 1] - sines[family, row])
-            if not still:
-                near_amplitude, far_amplitude = spreads.amplitude[family, row], spreads.amplitude[family, row + 1]
-                amplitude[n] = near_amplitude + part[n] * (far_amplitude - near_amplitude)
+        _between_nodes(sines[family], node, part, down, size)
+        if not still:
+            _between_nodes(spreads.amplitude[family], node, part, amplitude, size)
         _direction_cosines(beam[0], workspace, has_radius, size)
         if spreads.glints[family]:
             _add_glint_envelope(end, family, workspace, size)
+        elif beam.steer.shape[0] == 1:
+            _add_one_beam_envelope(beam, workspace, size)
         else:
             _add_beam_envelope(beam, workspace, size)
 
@@ -296,28 +348,31 @@ def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats
     """
     transmit, receive, same_beams, threshold_at_nodes, last, midpoint, weakest = gains
     workspace, threshold = np.empty((_ROWS + 1) * BATCH), np.empty(BATCH)
+    north, east, around = _row(workspace, _NORTH), _row(workspace, _EAST), _row(workspace, _RADIUS)
+    sufficient, near, far = _row(workspace, _SUFFICIENT), _row(workspace, _BEFORE), _row(workspace, _AFTER)
     for first in range(0, result.size, BATCH):
         has_radius, size = _load_batch(position, radius, first, workspace)
         for n in range(size):
-            x, y = position[first + n, 0] - midpoint[0], position[first + n, 1] - midpoint[1]
+            x, y = north[n] - midpoint[0], east[n] - midpoint[1]
             distance = math.sqrt(x * x + y * y)
-            threshold[n] = _interpolate_nodes(threshold_at_nodes, last, distance - radius[first + n])
-            if has_radius:
-                threshold[n] = min(
-                    threshold[n], _interpolate_nodes(threshold_at_nodes, last, distance + radius[first + n])
-                )
-            workspace[_SUFFICIENT * BATCH + n] = threshold[n]
+            near[n] = _node(distance - around[n], last, threshold_at_nodes.size)
+            far[n] = _node(distance + around[n], last, threshold_at_nodes.size)
+        for n in range(size):
+            sufficient[n] = _interpolate_nodes(threshold_at_nodes, near[n])
+        for n in range(size if has_radius else 0):
+            sufficient[n] = min(sufficient[n], _interpolate_nodes(threshold_at_nodes, far[n]))
+        for n in range(size):
+            threshold[n] = sufficient[n]
         _two_way(transmit, receive, same_beams, workspace, has_radius, size)
         for n in range(size):
             result[first + n] = workspace[_RESULT * BATCH + n] / max(threshold[n], weakest)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _interpolate_nodes(value: Floats, last: float, distance: float) -> float:
-    """Value interpolated between the nodes at a distance [m]."""
-    among = _node(distance, last, value.size)
-    row = min(int(among), value.size - 2)
-    return value[row] + (among - row) * (value[row + 1] - value[row])
+def _interpolate_nodes(value: Floats, among: float) -> float:
+    """Value interpolated between nodes, at a position among them as from `_node`."""
+    row = np.uint32(min(np.int32(among), np.int32(value.size - 2)))
+    return value[row] + (among - row) * (value[row + np.uint32(1)] - value[row])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
