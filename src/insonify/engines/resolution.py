@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import _resolution_kernel as kernel
+from insonify.engines._gain_bound_kernel import BoundEnd, raise_gain_bounds
 from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import GlintSpread
+from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.propagation_model import PropagationModel, ReachableRange
 from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_SCALE, TILE, ScattererGrid, Tiles
 from insonify.scene.scene import Scene
@@ -337,6 +339,25 @@ def two_way_gain_bound(
     both = not (ping_geometry.is_monostatic and ping_geometry.same_beams)
     if not both:
         receive = transmit
+    if (
+        isinstance(rays, StraightRays)
+        and not images
+        and not (glints is not None and any(map(glints.spreads, families)))
+    ):
+        lit_by = [(ping_geometry.transmit_position, ping_geometry.transmit_beams)]
+        if both:
+            lit_by.append((ping_geometry.receive_position, ping_geometry.bounding_receive_beams))
+        bound_ends = [
+            BoundEnd(
+                position, np.array([rays.vertical_travel(name, position[2], boundary_depth) for name in families]),
+                beams.kernel_majorants,
+            )
+            for position, beams in lit_by
+        ]  # fmt: skip
+        raise_gain_bounds(
+            bound_ends[0], bound_ends[-1], not both, centre, half_diagonal, rise, sufficient_gain, transmit, receive
+        )
+        return transmit * receive
     sources = [(ping_geometry, families, np.arange(len(centre)))]
     sources += [(image.sonar, image.families, image.lights(centre, boundary_depth, half_diagonal)) for image in images]
     for sonar, names, rows in sources:

@@ -188,8 +188,18 @@ class StraightRays:
         relief_height: float = 0.0,
     ) -> DepartureCones:  # fmt: skip
         """Cones about the straight lines to the centres; see `PropagationModel.departure_cones`."""
-        climb = boundary_depth - image_depth(family, position[2], self.scene.seabed.depth)
-        turned = -climb if len(bounce_sequence(family)) % 2 else climb
         direction, margin = np.empty((len(centre), 3)), np.empty(len(centre))
-        departure_cones(position, turned, centre, radius, relief_height, direction, margin)
+        travel = self.vertical_travel(family, position[2], boundary_depth)
+        departure_cones(position, travel, centre, radius, relief_height, direction, margin)
         return DepartureCones(direction, margin, np.ones(len(centre), bool))
+
+    def vertical_travel(self, family: str, source_depth: float, boundary_depth: float) -> float:
+        """Vertical travel of the rays of a family, as they leave, to the image of a boundary, positive down [m].
+
+        Args:
+            family: Name of the family.
+            source_depth: Depth of the sonar [m].
+            boundary_depth: Depth of the boundary [m].
+        """
+        climb = boundary_depth - image_depth(family, source_depth, self.scene.seabed.depth)
+        return -climb if len(bounce_sequence(family)) % 2 else climb
