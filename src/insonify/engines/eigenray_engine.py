@@ -286,13 +286,13 @@ class EigenrayEngine:
 
     def _by_faces(self, ping_geometry: PingGeometry, scatterers: Scatterers) -> Iterator[tuple[Scatterers, int]]:
         """Scatterers of a block and the number of faces that light any, apart those that none does."""
-        by_faces, count = np.zeros(len(scatterers), bool), 0
-        for face in self.faces(ping_geometry):
+        faces, by_faces, count = self.faces(ping_geometry), np.zeros(len(scatterers), bool), 0
+        for face in faces:
             insonified = self._insonified_by_face(face, ping_geometry.transmit_position, scatterers, ping_geometry)
             if not ping_geometry.is_monostatic:
                 insonified |= self._insonified_by_face(face, ping_geometry.receive_position, scatterers, ping_geometry)
             by_faces, count = by_faces | insonified, count + bool(insonified.any())
-        if by_faces.all() or not by_faces.any():
+        if not faces or by_faces.all() or not by_faces.any():
             yield scatterers, count
             return
         yield scatterers.take(~by_faces), 0

@@ -26,6 +26,7 @@ from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.relief_reflections import coherent_bounce_factor
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.local_planes import flat_image_paths
+from insonify.recent_results import Identity, RecentResults
 from insonify.records.pairs import PairSampling
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scene.scatterers import Law
@@ -53,6 +54,9 @@ ELEVATION_DEVIATIONS = (-1.84, -1.12, -0.68, -0.33, 0.33, 0.68, 1.12, 1.84)
 """Deviations of a leg's elevation off a moving surface, besides none, over their standard one: equally likely [1]."""
 MIN_KEEP_PROBABILITY = 1 / 32
 """Smallest keep probability of a pair that is not dropped."""
+
+_SAMPLED: RecentResults[tuple[NDArray[np.float32], NDArray[np.float32]]] = RecentResults(8)
+"""Keep probabilities of pairs, by their energy fractions: those of pings alike in depth and attitude."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,13 +112,14 @@ def select_pairs(
     span = slice(nearest_bin, farthest_bin + 1) if len(scatterer_id) else slice(0, 0)
     names = significant_families(families, energy_fraction, ping_geometry, span)
     rows = [families.index(name) for name in names]
-    keep_probability = _keep_probabilities(
-        energy_fraction[np.ix_(rows, rows)] * _elevation_cells(ping_geometry)
-    ).astype(np.float32)
+    cells = _elevation_cells(ping_geometry)
+    keep_probability, largest = _SAMPLED.get(
+        (Identity(energy_fraction), names, cells), lambda: _sampled(energy_fraction[np.ix_(rows, rows)] * cells)
+    )
     if (keep_probability[..., span] >= 1).all():
         return PairSelection(names, None, None)
     is_evaluated = np.empty((len(names), len(scatterer_id)), bool)
-    mark_sampled_families(number, range_bin, keep_probability.max(axis=1), is_evaluated)
+    mark_sampled_families(number, range_bin, largest, is_evaluated)
     return PairSelection(
         names, is_evaluated, PairSampling(number, range_bin, keep_probability.reshape(len(names) ** 2, -1))
     )
@@ -147,6 +152,12 @@ def keep_probabilities_at(
         keep_probability[dropped, :, range_bin] = keep_probability[:, dropped, range_bin] = 0.0
     bins = np.searchsorted(_edges(ping_geometry), distance, side="right") - 1
     return np.asarray(keep_probability[..., np.clip(bins, 0, RANGE_BINS - 1)])
+
+
+def _sampled(energy_fraction: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Keep probability of each pair, shape of `energy_fraction`, and the largest of each family, (f, RANGE_BINS)."""
+    keep_probability = _keep_probabilities(energy_fraction).astype(np.float32)
+    return keep_probability, keep_probability.max(axis=1)
 
 
 def _keep_probabilities(energy_fraction: Floats) -> Floats:

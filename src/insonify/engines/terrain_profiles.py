@@ -74,7 +74,8 @@ class TerrainProfiles:
     def shallowest(self) -> Floats:
         """Least depth along each line [m], shape (lines,)."""
         if self._shallowest is None:
-            self._shallowest = np.asarray(np.fmin.reduce(self.depth, axis=1))
+            least = self.depth.min(axis=1)  # several times as fast as a search past unknown depths
+            self._shallowest = np.asarray(np.fmin.reduce(self.depth, axis=1) if np.isnan(least).any() else least)
         return self._shallowest
 
     def unobstructed(self, family: str) -> bool:

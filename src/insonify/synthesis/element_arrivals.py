@@ -7,6 +7,7 @@ Doppler factor at the time of reception.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -328,6 +329,7 @@ def carrier_band(ping_geometry: PingGeometry) -> SubBand:
     return SubBand(0.0, ping_geometry.transmit_beams, ping_geometry.receive_beams)
 
 
+@lru_cache(maxsize=16)
 def absorption_np_per_m(water: Water, frequency: float) -> float:
     """Absorption of pressure [Np/m].
 
