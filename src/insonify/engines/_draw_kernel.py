@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from insonify.engines._gain_envelope_kernel import EnvelopeArguments, gain_re_threshold
 from insonify.engines._keep_probability_kernel import GridFrame, keep_probability_of
+from insonify.engines._prefetch import prefetch
 from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
 from insonify.random_keys import philox_at, uniform_from_word
@@ -22,6 +23,8 @@ MIN_SUBDIVIDED = 12
 """Scatterers of such a part above which its squares are evaluated one by one."""
 BATCH = 256
 """Scatterers in parts with a gain peak that are evaluated together."""
+ROWS_AHEAD = 8
+"""Scatterers between the one that is written and the one whose terrain is prefetched."""
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ProbabilityColumns = tuple[Floats, Floats, Floats, NDArray[np.bool_], float, float]
@@ -129,6 +132,7 @@ def draw_and_keep(
     top, first_rank = np.empty((SQUARES, SQUARES)), np.empty(PARTS * PARTS, np.int64)
     n, waiting = np.intp(0), 0  # by value: a literal zero would compile `_decide_batch` a second time
     row, column, words = candidates.row, candidates.column, candidates.words
+    flat_terrain = drawn.terrain.reshape(drawn.terrain.size)
     for t in range(scale.size):
         pitch, a0, b0 = BASE_PITCH * 2.0 ** scale[t], along[t] * TILE, across[t] * TILE
         count = _possible_cells(drawn.cell[start[t] :], max_probability[t], (a0, b0), first_rank, candidates)
@@ -137,7 +141,11 @@ def draw_and_keep(
             count = _below_bounds(count, top, (a0, b0), candidates)
         philox_at(row[:count], column[:count], scale[t], 0, key[0], key[1], words)
         probabilities = density[t], linear_below, min_probability
-        for k in range(_choose(count, corner[t], is_peaked[t], (a0, b0), probabilities, candidates)):
+        found = _choose(count, corner[t], is_peaked[t], (a0, b0), probabilities, candidates)
+        for k in range(found):
+            if flat_terrain.size > 0:
+                ahead = start[t] + candidates.rank[candidates.chosen[min(k + ROWS_AHEAD, found - 1)]]
+                prefetch(flat_terrain, np.uint64(3 * ahead))
             w = candidates.chosen[k]
             x, y, phase = uniform_from_word(words[0, w]), uniform_from_word(words[1, w]), uniform_from_word(words[2, w])
             x, y = (row[w] + x) * pitch, (column[w] + y) * pitch

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines._prefetch import prefetch
 from insonify.jit import njit
 from insonify.propagation.knife_edge_kernel import (
     ENDLESS,
@@ -38,6 +39,8 @@ CANDIDATES = 128
 _HEIGHT, _TROUGH, _BEHIND, _LENGTH, _NUMBER, _EXPONENT, _REAL, _IMAG = (np.uint64(k * CANDIDATES) for k in range(8))
 """Columns of the candidates: height of each crest above its ray, depth of the hollow behind it, distance from it to the
 end of the leg, length of the leg [m]; its Fresnel number, exponent of its weight, and factor [1]."""
+RAYS_AHEAD = 12
+"""Rays between the one that is evaluated and the one whose samples are prefetched."""
 NEGLIGIBLE_CHANGE = 1e-3
 """Largest change of the pressure by a crest that is neglected: 60 dB below what passes it [1]."""
 
@@ -207,7 +210,14 @@ def occlude_terrain_points(
     rows, points, _, distance, visible, factor = rays
     last, per_step, count = terrain_slope.shape[1] - 2, 1 / step, 0
     candidates = CrestCandidates(np.empty(8 * CANDIDATES), np.empty(CANDIDATES, np.int64))
+    width = np.uint64(terrain_slope.shape[1])
+    flat_slope, flat_crest = terrain_slope.reshape(terrain_slope.size), last_crest.reshape(last_crest.size)
     for m in range(points.size):
+        ahead = min(m + RAYS_AHEAD, points.size - 1)
+        sample = min(max(reach[points[ahead]] * per_step - 1.0, 0.0), float(last))
+        at = np.uint64(rows[ahead]) * width + np.uint64(sample)
+        prefetch(flat_slope, at)
+        prefetch(flat_crest, at)
         n, s = points[m], rows[m]
         steps = min(reach[n] * per_step, last + 2.0)
         k = min(int(steps) - 1, last)
