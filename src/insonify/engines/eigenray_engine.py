@@ -568,6 +568,7 @@ def _slice_width(ping_geometry: PingGeometry, transmit: Legs, receive: Legs, pai
 
 
 @lru_cache(maxsize=8)
+@lru_cache(maxsize=16)
 def _contributions(law: Lambert) -> Floats:
     """Factor of one leg in a separable law (linear in the sine of grazing angle), at sines of 0 and 1 [1]."""
     horizontal, forward = np.array(np.pi / 2), np.array(np.pi)

@@ -55,6 +55,8 @@ ELEVATION_DEVIATIONS = (-1.84, -1.12, -0.68, -0.33, 0.33, 0.68, 1.12, 1.84)
 MIN_KEEP_PROBABILITY = 1 / 32
 """Smallest keep probability of a pair that is not dropped."""
 
+_UNIT_EDGES = np.linspace(0, 1, RANGE_BINS + 1) ** 1.5
+"""Edges of the range bins re the largest distance [1], (RANGE_BINS + 1,)."""
 _SAMPLED: RecentResults[tuple[NDArray[np.float32], NDArray[np.float32]]] = RecentResults(8)
 """Keep probabilities of pairs, by their energy fractions: those of pings alike in depth and attitude."""
 
@@ -128,10 +130,9 @@ def select_pairs(
 @lru_cache(maxsize=1)
 def _bin_lookup() -> NDArray[np.uint8]:
     """Range bin that each even part of the distance begins in; parts half as long as the shortest range bin."""
-    edges = np.linspace(0, 1, RANGE_BINS + 1) ** 1.5
-    parts = int(2 / edges[1])
+    parts = int(2 / _UNIT_EDGES[1])
     # a hair inwards: a part that begins on an edge may be rounded to before it
-    return (np.searchsorted(edges, np.arange(parts) / parts - 1e-9, side="right") - 1).clip(0).astype(np.uint8)
+    return (np.searchsorted(_UNIT_EDGES, np.arange(parts) / parts - 1e-9, side="right") - 1).clip(0).astype(np.uint8)
 
 
 def keep_probabilities_at(
@@ -256,7 +257,7 @@ def _bottom_bounces(families: tuple[str, ...]) -> NDArray[np.int64]:
 def _edges(ping_geometry: PingGeometry) -> Floats:
     """Edges of the range bins, distances from the transmitter along the seabed [m], (RANGE_BINS + 1,)."""
     farthest = RANGE_MARGIN * ping_geometry.sound_speed * ping_geometry.recorded_delays[1] / 2
-    return np.asarray(farthest * np.linspace(0, 1, RANGE_BINS + 1) ** 1.5)
+    return np.asarray(farthest * _UNIT_EDGES)
 
 
 def _legs(

@@ -90,8 +90,9 @@ class Tiles(NamedTuple):
     @property
     def centre(self) -> NDArray[np.float64]:
         """Centre of each tile in lattice coordinates [m], shape (n, 2)."""
-        side = TILE * self.pitch
-        return np.stack([(self.along + 0.5) * side, (self.across + 0.5) * side], axis=-1)
+        side, centre = TILE * self.pitch, np.empty((len(self.scale), 2))
+        centre[:, 0], centre[:, 1] = (self.along + 0.5) * side, (self.across + 0.5) * side
+        return centre
 
     def take(self, rows: NDArray[np.bool_] | Integers | slice) -> "Tiles":
         """The tiles of some rows."""
