@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.engines.radials import MAX_PATCH_WIDTH, straight_gain_bound
+from insonify.engines.resolution import two_way_gain_bound
 from insonify.engines.terrain_occlusion import StraightLaunchAngles, TerrainOcclusion, locate_points
 from insonify.engines.terrain_profiles import MERGE_GROUP, MERGE_POWER, AzimuthProfiles
 from insonify.simulator import build_simulator
@@ -54,6 +55,29 @@ def test_the_gain_in_a_patch_is_at_most_the_bound(beams, families):
         assert np.all(found.max(axis=1) <= bound * (1 + 1e-6) + 1e-9)
         closest.append((found.max(axis=1) / np.maximum(bound, 1e-3)).max())
     assert max(closest) > 0.3  # a bound that is nearly attained
+
+
+class AnyRays:
+    """Straight rays of which only the interface of a propagation model is known."""
+
+    def __init__(self, rays):
+        """Keep the model."""
+        self.departure_cones = rays.departure_cones
+
+
+@pytest.mark.parametrize("beams", BEAMS)
+@pytest.mark.parametrize("sufficient", [np.inf, 1e-2])
+def test_straight_rays_have_the_bound_of_any_rays(beams, sufficient):
+    """One kernel for all families and both ends has to the bit what each family's cones and beams have, 500 places."""
+    simulator, rng = build_simulator(nominal(**BEAMS[beams])), np.random.default_rng(2)
+    place, around = rng.uniform(-80, 80, (500, 2)), rng.exponential(2.0, 500)
+    rest = simulator.ping_geometry(0), 20.0
+    one, any_rays = (
+        two_way_gain_bound(place, around, *rest, rays, ("D", "S", "BS"), rise=0.3, sufficient_gain=sufficient)
+        for rays in (simulator.engine.rays, AnyRays(simulator.engine.rays))
+    )
+    np.testing.assert_array_equal(one, any_rays)
+    assert one.max() > 0.5 > one.min()
 
 
 def test_bounds_grow_with_families_and_width():

@@ -135,3 +135,27 @@ def test_beam_importance_agrees_with_and_without_a_moving_surface(surface):
         gain_re_threshold.dispatcher(one._gains, there, around, kernel)
         gain_re_threshold._stand_in(one._gains, there, around, plain)
         np.testing.assert_allclose(plain, kernel, rtol=1e-6)
+
+
+@pytest.mark.parametrize("element", ["baffled", "piston"])
+def test_the_gain_of_one_beam_is_that_of_the_same_beam_twice(element):
+    """One beam has a kernel of its own, without branches: 2000 positions, with and without a radius, to the bit."""
+    text = SCENE.replace("SURFACE", "{reflection: flat}").replace("[-20 deg, 0 deg, 25 deg]", "[-20 deg]")
+    text = text.replace("element: cosine", f"element: {element}, columns: 40, rows: 3")
+    scenario = parse_model(Scenario, text)
+    simulator = build_simulator(scenario)
+    ping_geometry, lattice = simulator.ping_geometry(0), scenario.seabed.scatterer_grid
+    importance = beam_importance.BeamImportance(
+        ping_geometry, 15.0, simulator.engine.rays, ("D", "S", "B"), lattice, 45.0
+    )
+    (*out, sent, still), (*back, received, _), *others = importance._gains
+    assert len(sent.steer) == len(received.steer) == 1
+    both = ping_geometry.transmit_beams, ping_geometry.bounding_receive_beams
+    again = [beams.subset(np.array([0, 0])).kernel_majorants for beams in both]
+    rng = np.random.default_rng(8)
+    there, once, twice = rng.uniform(-40, 40, (2000, 2)), *np.empty((2, 2000))
+    for around in (np.zeros(2000), rng.exponential(1.0, 2000)):
+        gain_re_threshold.dispatcher(importance._gains, there, around, once)
+        gain_re_threshold.dispatcher(((*out, again[0], still), (*back, again[1], still), *others), there, around, twice)
+        np.testing.assert_array_equal(once, twice)
+        assert np.ptp(once) > 0.1
