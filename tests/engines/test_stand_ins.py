@@ -6,7 +6,7 @@ import pytest
 from insonify.engines import _keep_probability_kernel, _resolution_kernel, beam_importance, resolution
 from insonify.engines._gain_envelope_kernel import gain_re_threshold, max_two_way_gain
 from insonify.engines.glint_spread import glint_spread
-from insonify.propagation._departure_cone_kernel import departure_cones
+from insonify.propagation.departure_cone_kernel import departure_cones
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation._departure_cone_kernel import departure_cones
+from insonify.propagation.departure_cone_kernel import departure_cones
 from insonify.sonar.beam_kernels import BeamMajorants, beam_bounds
 
 Floats = NDArray[np.float64]

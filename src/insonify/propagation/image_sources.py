@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
-from insonify.propagation._departure_cone_kernel import departure_cones
 from insonify.propagation._image_source_kernel import FoldedLegs, StraightLegs, mark_legs, straight_legs
+from insonify.propagation.departure_cone_kernel import departure_cones
 from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
 from insonify.propagation.launch_angles import StraightLaunchAngles
 from insonify.propagation.propagation_model import DepartureCones, ReachableRange
