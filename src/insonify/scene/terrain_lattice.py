@@ -4,14 +4,13 @@ Searches about a moving sonar read nearly the same nodes in every ping; a tile i
 """
 
 import math
-from functools import cache, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.recent_results import RecentResults
-from insonify.scene._terrain_lattice_kernel import spline_coefficients, without_short_waves
 from insonify.scene.terrain.relief import Relief
 
 Floats = NDArray[np.float64]
@@ -29,7 +28,7 @@ STEPS_PER_OCTAVE = 16
 SQUARES_PER_SIDE = 4
 """Positions along the side of a square, at which rms slopes are evaluated [1]."""
 HALF_RESPONSE = 0.249
-"""Standard deviation of the Gaussian of `without_short_waves` whose half of a wave of length 1 stays [1]."""
+"""Standard deviation of the Gaussian of `_without_short_waves` whose half of a wave of length 1 stays [1]."""
 FILTER_MARGIN = 32
 """Nodes around a tile, beyond which nothing changes its low-pass and spline coefficients by more than rounding [1]."""
 SLOPE_SAMPLES = 33
@@ -126,6 +125,7 @@ class TerrainLattice:
 
     def _filtered_tile(self, wavelength: float, row: int, column: int) -> tuple[Floats, ...]:
         """Depth without short waves, and its spline coefficients, at the nodes of one tile."""
+        from scipy.ndimage import spline_filter
 
         def evaluated() -> tuple[Floats, Floats]:
             size = TILE_NODES + 2 * FILTER_MARGIN
@@ -134,9 +134,9 @@ class TerrainLattice:
             unknown = ~np.isfinite(depth)
             if unknown.any():
                 depth[unknown] = self._depth if unknown.all() else depth[~unknown].mean()
-            smooth = depth if wavelength <= self._shortest else without_short_waves(depth, _gaussian(NODES_PER_WAVE))
+            smooth = depth if wavelength <= self._shortest else _without_short_waves(depth, NODES_PER_WAVE)
             inner = (slice(FILTER_MARGIN, -FILTER_MARGIN),) * 2
-            return smooth[inner].copy(), spline_coefficients(smooth)[inner].copy()
+            return smooth[inner].copy(), spline_filter(smooth, mode="mirror")[inner].copy()
 
         return self._tiles.get((wavelength, row, column, True), evaluated)
 
@@ -167,13 +167,13 @@ def window(first: tuple[int, int], shape: tuple[int, int]) -> tuple[slice, slice
     return slice(first[0], first[0] + shape[0]), slice(first[1], first[1] + shape[1])
 
 
-@cache
-def _gaussian(wave: float) -> Floats:
-    """Weights of a Gaussian that keeps half of a wave, in `without_short_waves`: of the middle and to one side [1].
+def _without_short_waves(depth: Floats, wave: float) -> Floats:
+    """Ground without its waves shorter than `wave` nodes, of which half stays: 1 - (1 - g)^2, with g a Gaussian.
 
     A wave six times as long loses 0.1 % of its height; a Gaussian with the same half alone takes 1.9 %.
     """
+    from scipy.ndimage import gaussian_filter
+
     deviation = HALF_RESPONSE * wave
-    node = np.arange(-round(4 * deviation), round(4 * deviation) + 1)
-    weights = np.exp(-0.5 / deviation**2 * node**2)
-    return np.ascontiguousarray((weights / weights.sum())[node >= 0])
+    short = depth - gaussian_filter(depth, deviation, mode="nearest")
+    return np.asarray(depth - short + gaussian_filter(short, deviation, mode="nearest"))
