@@ -17,8 +17,8 @@ Singles = NDArray[np.float32]
 
 CHUNK = 128
 """Legs that are evaluated together, in the first-level cache."""
-_C, _DOWN, _DEPARTURE, _REAL, _LENGTH, _ROOT = (np.uint64(CHUNK * row) for row in (1, 2, 3, 6, 8, 9))
-"""Rows of the workspace: the first to the third is the arrival, two from `_REAL` on are the pressure."""
+_ROW, _DOWN, _DEPARTURE, _REAL, _LENGTH, _ROOT = (np.uint64(CHUNK * row) for row in (1, 2, 3, 6, 8, 9))
+"""Size of a row of the workspace, and starts of rows: arrival (three), departure (three), pressure (two), others."""
 
 
 class SamplesOnSegments(NamedTuple):
@@ -100,11 +100,11 @@ def _node_columns(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _gather(
+def _interpolate_columns(
     begin: int, depth: float, samples: SamplesOnSegments, nodes: Floats, legs: RadialLegs, beam_bearing: Singles,
     workspace: Floats,
 ) -> None:  # fmt: skip
-    """Gather the columns of the nodes at the next samples, the first three as vectors from the image to the sample.
+    """Interpolate the columns of the nodes at the next samples; the first three become vectors from image to sample.
 
     Args:
         begin: First of the samples.
@@ -129,11 +129,15 @@ def _gather(
         ):  # the nearer one, with or without a path
             low = high = low if t < 0.5 else high
         for i in range(np.uint64(8)):
-            workspace[i * _C + q] = values[low + i] + t * (values[high + i] - values[low + i])
+            workspace[i * _ROW + q] = values[low + i] + t * (values[high + i] - values[low + i])
         workspace[q] = distances[n] * bearing_n[listed] - workspace[q]
-        workspace[_C + q] = distances[n] * bearing_e[listed] - workspace[_C + q]
+        workspace[_ROW + q] = distances[n] * bearing_e[listed] - workspace[_ROW + q]
         workspace[_DOWN + q] = depths[n] - depth - workspace[_DOWN + q]
-        workspace[_LENGTH + q], workspace[_ROOT + q], workspace[_ROOT + _C + q] = normal_n[n], normal_e[n], normal_d[n]
+        workspace[_LENGTH + q], workspace[_ROOT + q], workspace[_ROOT + _ROW + q] = (
+            normal_n[n],
+            normal_e[n],
+            normal_d[n],
+        )
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
@@ -144,23 +148,23 @@ def _reflect(count: int, sign: float, absorption: np.float32, workspace: Floats)
         count: Number of legs.
         sign: Factor of the vertical direction at the sonar.
         absorption: Absorption [octaves of pressure/m].
-        workspace: Columns of `_gather`. Result: arrival; departure; pressure; length [m], and root [1].
+        workspace: Columns of `_interpolate_columns`. Result: arrival; departure; pressure; length [m], and root [1].
     """
     for q in range(np.uint64(count)):  # in one array: no loop over so many arrays is vectorised
-        x, y, z = workspace[q], workspace[_C + q], workspace[_DOWN + q]
+        x, y, z = workspace[q], workspace[_ROW + q], workspace[_DOWN + q]
         length = math.sqrt(x * x + y * y + z * z)
         inverse = 1 / length
         x, y, z = x * inverse, y * inverse, z * inverse
-        workspace[q], workspace[_C + q], workspace[_DOWN + q] = x, y, z
+        workspace[q], workspace[_ROW + q], workspace[_DOWN + q] = x, y, z
         workspace[_DEPARTURE + q] += x
-        workspace[_DEPARTURE + _C + q] += y
+        workspace[_DEPARTURE + _ROW + q] += y
         workspace[_DEPARTURE + _DOWN + q] += sign * z
-        a, b, c = workspace[_LENGTH + q], workspace[_ROOT + q], workspace[_ROOT + _C + q]
+        a, b, c = workspace[_LENGTH + q], workspace[_ROOT + q], workspace[_ROOT + _ROW + q]
         facing = x * a + y * b + z * c
         pressure: Any = np.float64(exp2_nonpositive(-absorption * np.float32(length))) * inverse
         pressure = pressure if facing < 0 else 0.0
         workspace[_REAL + q] *= pressure
-        workspace[_REAL + _C + q] *= pressure
+        workspace[_REAL + _ROW + q] *= pressure
         workspace[_LENGTH + q], workspace[_ROOT + q] = length, math.sqrt(min(max(1 + facing, 0.0), 1.0))
 
 
@@ -192,7 +196,7 @@ def write_image_paths(
     workspace = np.empty(11 * CHUNK)
     for begin in range(0, samples.row.size, CHUNK):
         count = min(CHUNK, samples.row.size - begin)
-        _gather(begin, position[2], samples, nodes, legs, beam_bearing, workspace)
+        _interpolate_columns(begin, position[2], samples, nodes, legs, beam_bearing, workspace)
         _reflect(count, sign, absorption, workspace)
         rows = samples.row[begin : begin + count]
         for q in range(np.uint64(count)):
@@ -204,6 +208,6 @@ def write_image_paths(
                     direction_factor[cell] + (index - cell) * (direction_factor[cell + 1] - direction_factor[cell])
                 )
             for i in range(np.uint64(3)):
-                arrival[i, n], departure[i, n] = workspace[i * _C + q], workspace[_DEPARTURE + i * _C + q]
+                arrival[i, n], departure[i, n] = workspace[i * _ROW + q], workspace[_DEPARTURE + i * _ROW + q]
             delay[n] = workspace[_LENGTH + q] * slowness
-            amplitude[n] = complex(factor * workspace[_REAL + q], factor * workspace[_REAL + _C + q])
+            amplitude[n] = complex(factor * workspace[_REAL + q], factor * workspace[_REAL + _ROW + q])
