@@ -71,6 +71,34 @@ def test_a_moving_surface_returns_all_but_what_bubbles_take(grazing, wind, chang
     assert fraction.mean() == pytest.approx(diffuse, rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("wind", "changes", "grazing", "tolerance"),
+    [(8.0, {}, 12.0, 0.02), (8.0, {}, 24.0, 0.02), (1.0, LOW, 20.0, 0.05), (1.0, LOW, 40.0, 0.05)],
+)
+def test_random_facets_reflect_in_the_directions_of_the_cross_section(wind, changes, grazing, tolerance):
+    """Energy in bands of outgoing grazing angle and of bearing: integral of the cross section, to 2 %.
+
+    Of a rough sea with many quanta. Slopes of a smooth one are those of single waves, whose density the tables smooth
+    over cells: to 5 %, in wider bands.
+    """
+    facets, dip, n = facets_of(wind, **changes), np.radians(grazing), 400_000
+    incoming, launch = np.array([0.0, np.cos(dip), -np.sin(dip)]), np.random.default_rng(3).uniform(0.1, 1, (n, 3))
+    reflected, fraction = facets.reflected(np.tile(incoming, (n, 1)), launch, np.zeros(n, np.int64), 0)
+    up, bearing = (np.radians(np.arange(*limits)) for limits in ((0.1, 90, 0.2), (-179.75, 180, 0.5)))
+    up, bearing = (angle.ravel() for angle in np.meshgrid(up, bearing, indexing="ij"))
+    out = np.stack([np.cos(up) * np.sin(bearing), np.cos(up) * np.cos(bearing), np.sin(up)], axis=-1)
+    scattered = facets.scattered_per_steradian(np.tile(incoming, (len(out), 1)), out) * np.cos(up)
+    expected, turned = np.radians(0.2) * np.radians(0.5) * scattered, np.arctan2(reflected[:, 0], reflected[:, 1])
+    bands = [
+        (np.arcsin(reflected[:, 2]), up, np.radians([8, 20, 28, 60] if changes else [8, 16, 20, 24, 28, 36, 60])),
+        (np.abs(turned), np.abs(bearing), np.radians([0, 10, 20] if changes else [0, 1, 3, 6, 10, 15])),
+    ]
+    for angle, quadrature_angle, edges in bands:
+        drawn, _ = np.histogram(angle, edges, weights=fraction / n)
+        integral, _ = np.histogram(quadrature_angle, edges, weights=expected)
+        np.testing.assert_allclose(drawn, integral, rtol=tolerance)
+
+
 def test_glints_overhead_return_what_a_flat_surface_returns():
     """Boundary echo S to point arrays: its energy off a flat surface, facets and all, within 0.1 dB of 40 000 rays."""
     point = {"kind": "point", "length": None}

@@ -81,19 +81,41 @@ class FacetSurface:
         """
         sine = np.clip(-direction[:, 2], 1e-6, 1.0)
         phase_per_height, wavenumber = 2 * self.wavenumber * sine, np.empty((len(direction), 2))
-        bits = np.ascontiguousarray(launch).view(np.uint64)
+        bits, gives_slope = np.ascontiguousarray(launch).view(np.uint64), np.empty(len(direction), bool)
         ray_id = bits[:, 0] ^ (bits[:, 1] << np.uint64(1)) ^ (bits[:, 2] << np.uint64(2))
         ray_id = ray_id ^ (number.astype(np.uint64) << np.uint64(32))
-        sample_wavenumbers(ray_id, code, self.key, phase_per_height, self.waves, wavenumber)
-        normal = np.column_stack([wavenumber @ self.axes / phase_per_height[:, None], np.ones(len(direction))])
-        cosine_of_tilt = 1 / np.linalg.norm(normal, axis=1)
-        normal *= cosine_of_tilt[:, None]
-        facing = -np.einsum("ij,ij->i", direction, normal)
-        reflected_direction = direction + 2 * facing[:, None] * normal
-        # facets are insonified in proportion to the cosine of the angle of incidence
-        incoherent = -np.expm1(-self._mean_quanta(phase_per_height))
-        fraction = facing / (cosine_of_tilt * sine) * incoherent * self._bubble_factor(sine)
-        return reflected_direction, np.where((facing > 0) & (reflected_direction[:, 2] > 0), fraction, 0.0)
+        sample_wavenumbers(ray_id, code, self.key, phase_per_height, self.waves, wavenumber, gives_slope)
+        change = wavenumber @ self.axes
+        normal = np.column_stack([change / phase_per_height[:, None], np.ones(len(direction))])
+        facing = np.einsum("ij,ij->i", direction, normal) / np.sum(normal**2, axis=1)
+        by_slope = direction - 2 * facing[:, None] * normal
+        horizontal = direction[:, :2] + change / self.wavenumber
+        vertical = np.sqrt(np.maximum(1 - np.sum(horizontal**2, axis=1), 0.0))
+        reflected_direction = np.where(gives_slope[:, None], by_slope, np.column_stack([horizontal, vertical]))
+        is_reflected = reflected_direction[:, 2] > 1e-6
+        outgoing = np.where(is_reflected[:, None], reflected_direction, [0.0, 0.0, 1.0])
+        scattered = self.scattered_per_steradian(direction, outgoing)
+        fraction = scattered / np.maximum(self._drawn_per_steradian(direction, outgoing), 1e-30)
+        return reflected_direction, np.where(is_reflected & (scattered > 0), fraction, 0.0)
+
+    def _drawn_per_steradian(self, incoming: Floats, outgoing: Floats) -> Floats:
+        """Probability density of the random directions of `reflected` [1/sr], shape (n,): the mean of two densities.
+
+        A glint of the grazing angle of incidence gives either its slope or its change of the horizontal wavenumber. In
+        the limit of a rough sea the density of slopes is independent of the grazing angle out of the surface, in that
+        of a smooth one the density of wavenumbers. Balance heuristic of Veach & Guibas (1995), Proc. SIGGRAPH 95, 419.
+        """
+        direction_change = outgoing - incoming
+        slope, _ = self._slopes(incoming, outgoing)
+        flat_change = np.maximum(-2 * incoming[:, 2], 1e-9)
+        phase_per_height, vertical = self.wavenumber * flat_change, np.maximum(direction_change[:, 2], 1e-9)
+        # solid angle of directions per area of slopes, 4 cos(incidence) cos^3(tilt), and of horizontal wavenumbers
+        slope_area = 2 * np.linalg.norm(direction_change, axis=1) * (1 + np.sum(slope**2, axis=1)) ** -1.5
+        wavenumber_slope = slope * (vertical / flat_change)[:, None]
+        wavenumber_area = flat_change**2 / np.maximum(outgoing[:, 2], 1e-9)
+        by_slope = self._density(slope, phase_per_height) / slope_area
+        by_wavenumber = self._density(wavenumber_slope, phase_per_height) / wavenumber_area
+        return np.asarray((by_slope + by_wavenumber) / 2)
 
     def phase_rate(self, incoming: Floats, outgoing: Floats) -> tuple[Floats, Floats]:
         """Mean rate of change of the phase of reflections off facets [rad/s], its variance [rad^2/s^2], shapes (n,).
@@ -125,6 +147,8 @@ class FacetSurface:
     def _density(self, slope: Floats, vertical_change: Floats) -> Floats:
         """Density of slopes [1], shape (n,): interpolated in the tables."""
         tables = slope_densities(self.wind_speed, self.wavenumber, self.waves.wavenumber[-1])
+        incoherent = -np.expm1(-self._mean_quanta(np.maximum(vertical_change, 2 * self.wavenumber * MIN_SINE)))
+        slope = slope * np.sqrt(incoherent)[:, None]
         row = np.log(np.maximum(vertical_change / (2 * self.wavenumber), MIN_SINE) / MIN_SINE) / -math.log(MIN_SINE)
         row = np.clip(row * (NODES - 1), 0.0, NODES - 1.000001)
         cells = np.clip((slope / MAX_SLOPE + 1) * CELLS / 2, 0.0, CELLS - 1.000001)
@@ -134,7 +158,7 @@ class FacetSurface:
         for a, b, c in np.ndindex(2, 2, 2):
             weight = (r if a else 1 - r) * (u if b else 1 - u) * (v if c else 1 - v)
             total += weight * flat.take(first + ((a * CELLS + b) * CELLS + c))
-        return np.where(np.abs(slope).max(axis=1) < MAX_SLOPE * (1 - 2 / CELLS), total, 0.0)
+        return np.where(np.abs(slope).max(axis=1) < MAX_SLOPE * (1 - 2 / CELLS), total * incoherent, 0.0)
 
 
 def facet_surface(scene: Scene, seed: int, frequency: float) -> FacetSurface | None:
@@ -160,6 +184,8 @@ def facet_surface(scene: Scene, seed: int, frequency: float) -> FacetSurface | N
 def slope_densities(wind_speed: float, wavenumber: float, shortest_wavenumber: float) -> NDArray[np.float32]:
     """Densities of the slopes of facets along and across the wind, at `NODES` grazing angles, (NODES, CELLS, CELLS).
 
+    Of slopes times the square root of the incoherent part of a bounce: their variance is then that of the waves.
+
     Args:
         wind_speed: Wind 10 m above the sea [m/s].
         wavenumber: Wavenumber of the sound [rad/m].
@@ -175,17 +201,18 @@ def _slope_density(waves: WindWaves, phase_per_height: float) -> Floats:
     """Density of the slopes of glints with a phase per height [rad/m], given at least one quantum, (CELLS, CELLS)."""
     total_variance, step = float(waves.variance[-1]), 2 * MAX_SLOPE / CELLS
     mean_quanta = phase_per_height**2 * total_variance
+    incoherent = -math.expm1(-mean_quanta)
     longer_variance = total_variance - min(mean_quanta, MAX_SINGLE_QUANTA) / phase_per_height**2
     along_variance, across_variance = (
         np.interp(longer_variance, waves.variance, moment) for moment in waves.slope_moments[:2]
     )
-    quantum_density = _quantum_slope_density(waves, phase_per_height, longer_variance)
+    quantum_density = _quantum_slope_density(waves, phase_per_height / math.sqrt(incoherent), longer_variance)
     along, across = (2 * np.pi * grid(CELLS, step) for grid in (np.fft.fftfreq, np.fft.rfftfreq))
-    normal_spectrum = np.exp(-0.5 * (along_variance * along[:, None] ** 2 + across_variance * across**2))
+    normal_spectrum = np.exp(-0.5 * incoherent * (along_variance * along[:, None] ** 2 + across_variance * across**2))
     # the real part is that of slopes of either sign, which are equally likely
     spectrum = normal_spectrum * np.exp(min(mean_quanta, MAX_SINGLE_QUANTA) * (np.fft.rfft2(quantum_density).real - 1))
     if mean_quanta <= MAX_SINGLE_QUANTA:
-        spectrum = (spectrum - math.exp(-mean_quanta)) / -math.expm1(-mean_quanta)
+        spectrum = (spectrum - math.exp(-mean_quanta)) / incoherent
     density = np.fft.fftshift(np.fft.irfft2(spectrum, (CELLS, CELLS))) / step**2
     return np.maximum(density, 0.0)
 
