@@ -23,6 +23,7 @@ from insonify.cli import main
 from insonify.formats import shards
 from insonify.formats.label_store import open_labels
 from insonify.formats.locations import is_url
+from insonify.formats.loose_rows import append_row
 from insonify.formats.object_store import CLAIM, ObjectStore, spool_folder
 from insonify.formats.recording_writer import RecordingWriter
 from insonify.formats.shards import row_array
@@ -333,12 +334,11 @@ def test_a_spool_killed_while_it_deletes_is_tidied(url: str, monkeypatch: pytest
     (spool,) = spooled()
     shard = spool / "pressure" / "c" / "0" / "0" / "0"
     assert shard.is_file() and open_recording(url).done.values.sum() == PER_SHARD
-    row_file = row_array(spool, "pressure").row_file
-    row_file(5).parent.mkdir(parents=True, exist_ok=True)
-    row_file(5).write_bytes(b"by a second writer")
+    stored = row_array(spool, "pressure")
+    append_row(stored.loose_folder, 0, 5, b"by a second writer", lambda: None)
     with pytest.warns(UserWarning, match="1 pings wait"):
         write_part(url, pings=range(70, 71))
-    assert not shard.exists() and not row_file(5).exists() and row_file(70).exists()
+    assert not shard.exists() and list(stored.loose_rows()) == [70]
 
 
 def test_the_spool_is_in_the_cache_of_the_user(monkeypatch: pytest.MonkeyPatch) -> None:

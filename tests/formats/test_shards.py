@@ -1,5 +1,6 @@
 """Shards: the same bytes whichever process writes the pings, in any order, killed at any moment."""
 
+import io
 import os
 import random
 from contextlib import suppress
@@ -13,7 +14,8 @@ import zarr
 from insonify.formats import shards
 from insonify.formats.recording_state import decreasing_shares
 from insonify.formats.recording_writer import RecordingWriter
-from insonify.formats.shards import pings_per_shard
+from insonify.formats.shards import LOOSE, pings_per_shard, row_array
+from insonify.formats.store_description import WriteError
 from insonify.formats.zarr_store import (
     StoreError,
     create_recording,
@@ -132,30 +134,113 @@ def test_killed_while_it_packs_nothing_is_lost(
     assert contents(path) == contents(serial)
 
 
-def test_a_ping_written_twice_leaves_no_unfinished_file(tmp_path: Path) -> None:
-    """Both entries are names of the same file, and a renaming between two names of one file does nothing."""
+def test_a_ping_written_twice_is_one_ping(serial: Path, tmp_path: Path) -> None:
+    """By one process or two: it is read, counted and packed once."""
     path = tmp_path / "a.zarr"
     writer(path)
-    for _ in range(2):
-        write_ping(path, 3, sound(3))
-    assert not list(path.rglob("*.partial"))
+    write_ping(path, 3, sound(3))
+    write_ping(path, 3, sound(3))
+    run_apart(f"import test_shards as t\nt.write_ping({str(path)!r}, 3, t.sound(3))")
+    assert np.flatnonzero(recorded_pings(path)).tolist() == [3]
+    assert len(list((path / LOOSE / "pressure").iterdir())) == 2
+    write_part(path)
+    assert contents(path) == contents(serial)
 
 
-def test_an_entry_is_written_while_another_writer_deletes_the_file_it_would_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """At every attempt: a writer that packs the last shard deletes that file, between a look at it and its new name."""
-    path, link = tmp_path / "a.zarr", os.link
+def test_loose_pings_of_one_process_are_one_file_for_each_shard(serial: Path, tmp_path: Path) -> None:
+    """100 pings in two shards: two files of sound, two of entries; none is left once all shards are packed."""
+    path = tmp_path / "a.zarr"
     writer(path)
-
-    def late(first: str, file: str) -> None:
-        os.unlink(first)
-        link(first, file)
-
-    monkeypatch.setattr(os, "link", late)
-    for ping in range(3):
+    for ping in range(100):
         write_ping(path, ping, sound(ping))
-    np.testing.assert_array_equal(open_recording(path).pressure[:3], [sound(k) for k in range(3)])
+    assert [len(list((path / LOOSE / name).iterdir())) for name in ("pressure", "done")] == [2, 2]
+    assert np.flatnonzero(recorded_pings(path)).tolist() == list(range(100))
+    write_part(path)
+    assert contents(path) == contents(serial)
+
+
+@pytest.mark.parametrize("name", ["pressure", "done"])
+@pytest.mark.parametrize("lost", [1, 30, 100])
+def test_a_process_killed_within_a_record_costs_that_ping(serial: Path, tmp_path: Path, name: str, lost: int) -> None:
+    """A file of loose pings cut short: the last ping, or more, is missing; a run writes it again."""
+    path = tmp_path / "a.zarr"
+    writer(path)
+    for ping in range(5):
+        write_ping(path, ping, sound(ping))
+    (file,) = (path / LOOSE / name).iterdir()
+    os.truncate(file, file.stat().st_size - lost)
+    file.rename(file.with_name("0-killed"))  # the file of another process
+    there = np.flatnonzero(recorded_pings(path)).tolist()
+    assert there == list(range(len(there))) and len(there) < 5
+    np.testing.assert_array_equal(open_recording(path).pressure[there], [sound(k) for k in there])
+    write_part(path)
+    assert contents(path) == contents(serial)
+
+
+def test_a_damaged_loose_ping_is_named_and_written_again(serial: Path, tmp_path: Path) -> None:
+    """A flipped bit: reading names the file, a new run finds the ping missing, and shards have the serial bytes."""
+    path = tmp_path / "a.zarr"
+    writer(path)
+    for ping in range(5):
+        write_ping(path, ping, sound(ping))
+    place = row_array(path, "pressure").loose_rows()[2]
+    content = bytearray(place.file.read_bytes())
+    content[place.offset + 10] ^= 1
+    place.file.write_bytes(content)
+    with pytest.raises(StoreError, match=f"damaged.*{place.file.name}"):
+        open_recording(path).pressure.load()
+    assert writer(path).missing(list(range(5)))[0] == [(2, True, False)]
+    write_part(path)
+    assert contents(path) == contents(serial)
+
+
+def test_a_process_that_packs_with_a_damaged_ping_leaves_it_missing(serial: Path, tmp_path: Path) -> None:
+    """Damaged between writing and packing: the shard is not packed, and the next run completes it."""
+    path = tmp_path / "a.zarr"
+    mine = writer(path)
+    for ping in range(PER_SHARD):
+        write_ping(path, ping, sound(ping))
+    place = row_array(path, "pressure").loose_rows()[2]
+    content = bytearray(place.file.read_bytes())
+    content[place.offset + 10] ^= 1
+    place.file.write_bytes(content)
+    mine.pack()
+    assert np.flatnonzero(~recorded_pings(path, intact=True))[0] == 2
+    write_part(path)
+    assert contents(path) == contents(serial)
+
+
+def test_a_record_cut_short_by_a_full_disk_ends_its_file(
+    serial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half of a record is written: an error of a full disk; later pings go to another file and are read."""
+    path = tmp_path / "a.zarr"
+    mine, opened = writer(path), Path.open
+
+    class Full:
+        """A file on a full disk."""
+
+        def __init__(self, file: io.FileIO) -> None:
+            self.file = file
+
+        def __enter__(self) -> "Full":
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            self.file.close()
+
+        def write(self, record: bytes) -> int:
+            return self.file.write(record[: len(record) // 2])
+
+    mine.write(0, sound(0), None)
+    with monkeypatch.context() as full:
+        full.setattr(Path, "open", lambda file, *how, **more: Full(opened(file, *how, **more)))
+        with pytest.raises(WriteError, match="disk is full"):
+            mine.write(1, sound(1), None)
+    mine.write(2, sound(2), None)
+    assert np.flatnonzero(recorded_pings(path)).tolist() == [0, 2]
+    write_part(path)
+    assert contents(path) == contents(serial)
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
@@ -279,22 +364,3 @@ def test_shares_hold_each_ping_once_and_end_small(workers: int, first: int, coun
         ends = [share.stop for share in decreasing_shares(weights, workers)]
         assert ends[workers - 1] == pytest.approx(800, abs=workers)
     assert sum(map(len, decreasing_shares(0 * weights, workers))) == count
-
-
-@pytest.mark.parametrize("links", [True, False])
-def test_entries_of_loose_pings_are_names_of_one_file(
-    serial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
-) -> None:
-    """A file for each ping, and one for all entries; on a disk without second names one each. Then no file is left."""
-    path = tmp_path / "a.zarr"
-    mine = writer(path)
-    if not links:
-        monkeypatch.setattr(os, "link", lambda *_: (_ for _ in ()).throw(PermissionError("no links here")))
-    for ping in range(10):
-        mine.write(ping, sound(ping), None)
-    entries = [file.stat().st_ino for file in (path / shards.LOOSE / "done").iterdir() if file.name.isdecimal()]
-    assert len(entries) == 10 and len(set(entries)) == (1 if links else 10)
-    assert np.flatnonzero(recorded_pings(path)).tolist() == list(range(10))
-    write_part(path)
-    assert contents(path) == contents(serial)
-    assert [file for file in (path / shards.LOOSE).rglob("*") if file.is_file()] == []

@@ -26,7 +26,7 @@ from insonify.formats.checked_store import CheckedStore
 from insonify.formats.locations import is_url
 from insonify.formats.named_chunks import open_named_chunks
 from insonify.formats.object_store import ObjectStore
-from insonify.formats.shards import pack_shards, put_chunks, recorded_rows, row_array
+from insonify.formats.shards import pack_shards, put_rows, recorded_rows, row_array
 from insonify.formats.store_description import (
     IDENTITY,
     StoreError,
@@ -192,8 +192,8 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
         for column, rows in array.rows.items():
             _store(getattr(labels, column), COLUMNS[column][2], packed[:, rows])
     arrays = {name: row_array(folder, name) for name, values in stored.items() if values.dtype != bool or values.any()}
-    chunks = [(str(array.row_file(ping)), array.codec.encode(stored[name])) for name, array in arrays.items()]
-    put_chunks([*chunks, ping_entry(folder, ping)], confirm)  # a chunk that is not there reads as False
+    encoded = [(array, ping, array.codec.encode(stored[name])) for name, array in arrays.items()]
+    put_rows([*encoded, ping_entry(folder, ping)], confirm)  # a chunk that is not there reads as False
 
 
 def _require_own_labels(path: str | Path, mine: str) -> None:
@@ -223,10 +223,15 @@ def _fill(dtype: type) -> Any:
     return np.nan if np.issubdtype(dtype, np.floating) else dtype(0) if dtype is np.bool_ else 255
 
 
-def labelled_pings(path: str | Path) -> NDArray[np.bool_]:
-    """Mask of the labelled pings of a recording, shape (ping,)."""
+def labelled_pings(path: str | Path, *, intact: bool = False) -> NDArray[np.bool_]:
+    """Mask of the labelled pings of a recording, shape (ping,).
+
+    Args:
+        path: Folder of the recording.
+        intact: See `insonify.formats.shards.recorded_rows`.
+    """
     folder = Path(path) / FOLDER
-    return recorded_rows(folder, [row_array(folder, POSITION)])
+    return recorded_rows(folder, [row_array(folder, POSITION)], intact=intact)
 
 
 def open_labels(path: str | Path) -> xr.Dataset:

@@ -1,5 +1,6 @@
 """Variables of a recording, read on access: from shards and loose pings; an error names the damaged file."""
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -73,12 +74,12 @@ class _NamedChunks(BackendArray):
         if self.folder is None or not (self.folder / LOOSE / self.name).is_dir():
             return loose_values
         array, rows = row_array(self.folder, self.name), np.arange(self.shape[0])[key[0]]
-        loose_rows = set(array.loose_rows())
+        loose = array.loose_rows()
         for index, row in enumerate(np.atleast_1d(rows).tolist()):
-            values = array.read_loose(row) if row in loose_rows else None
-            if values is not None:
-                one = xr.Variable(self.stored.dims, values)[(0, *key[1:])]
-                loose_values[index if rows.ndim else ()] = one.values
+            if row in loose:
+                with suppress(FileNotFoundError):  # packed meanwhile
+                    one = xr.Variable(self.stored.dims, array.decoded(loose[row].content()))[(0, *key[1:])]
+                    loose_values[index if rows.ndim else ()] = one.values
         return loose_values
 
     def _first_damaged(self, key: tuple[Any, ...]) -> str:

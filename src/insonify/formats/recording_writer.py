@@ -70,9 +70,9 @@ class RecordingWriter:
 
     def masks(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
         """Masks of recorded pings, of recorded lines, and of pings that are labelled or need no labels."""
-        recorded = zarr_store.recorded_pings(self.path)
+        recorded = zarr_store.recorded_pings(self.path, intact=True)
         lines = zarr_store.recorded_lines(self.path) if self._lines is not None else np.zeros(0, bool)
-        whole = label_store.labelled_pings(self.path) if self._labelled else np.ones(len(recorded), bool)
+        whole = label_store.labelled_pings(self.path, intact=True) if self._labelled else np.ones(len(recorded), bool)
         return recorded, lines, whole
 
     def write(self, ping: int, series: NDArray[np.generic] | None, labels: Labels | None) -> None:

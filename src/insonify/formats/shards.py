@@ -1,8 +1,8 @@
 """Shards: files of many consecutive pings, and the loose pings of which they are made.
 
-A long recording has one file for each ping only while it is simulated: in the folder `.loose`, by any number of
-writers in any order. When all pings of a shard are there, their bytes are joined to one file with an index (sharding
-codec of zarr 3), which is renamed into place; then its entry in the mask is written and the loose pings are deleted.
+Pings of a long recording are loose until all those of their shard are there: appended to files in the folder `.loose`
+by any number of writers in any order (`loose_rows`). Then their bytes are joined to one file with an index (sharding
+codec of zarr 3), which is renamed into place; its entry in the mask is written and the loose pings are deleted.
 All writers of a ping write the same bytes, so that a second writer of a ping or a shard does no harm.
 """
 
@@ -11,7 +11,7 @@ import math
 import os
 import time as clock
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -25,6 +25,7 @@ from numcodecs.zstd import Zstd
 from numpy.typing import NDArray
 
 from insonify.formats.chunk_sizes import require_declared_size
+from insonify.formats.loose_rows import Confirm, LooseRow, append_row, delete_loose_rows, loose_rows, loose_shards
 
 LOOSE = ".loose"
 """Folder of the loose pings of a recording, or of its labels."""
@@ -36,10 +37,6 @@ OBJECT_BYTES, FEWEST_IN_OBJECT, OBJECTS, MOST_OBJECTS = 8 << 20, 16, 64, 1 << 14
 """Size of a shard in an object store [bytes], its fewest pings, shards of a recording that they allow, and most [1]."""
 ABSENT = 2**64 - 1
 """Offset and length of a row that a shard lacks."""
-Confirm = Callable[[], object]
-"""Function that raises an error where another recording has taken the place of the one that is written."""
-ENTRY = ".entry"
-"""End of the name of the file whose other names are the entries of loose pings."""
 STALE = 600.0
 """Age at which an unfinished file is that of a killed writer [s]."""
 _CODECS: dict[str, Codec] = {"zstd": Zstd(level=0), "blosc": Blosc("lz4", 5, Blosc.SHUFFLE)}
@@ -98,24 +95,25 @@ class RowArray(NamedTuple):
         key = self.separator.join(["c", str(shard), *["0"] * (len(self.shape) - 1)])
         return self.group / self.name / key
 
-    def row_file(self, row: int) -> Path:
-        """File to which a row is written."""
-        return self.shard_file(row) if self.per_shard == 1 else self.group / LOOSE / self.name / str(row)
+    @property
+    def loose_folder(self) -> Path:
+        """Folder of the loose rows."""
+        return self.group / LOOSE / self.name
 
     def rows(self, shard: int) -> range:
         """Rows of a shard."""
         return range(shard * self.per_shard, min((shard + 1) * self.per_shard, self.shape[0]))
 
-    def loose_rows(self) -> list[int]:
-        """Rows that have a loose file."""
-        return [] if self.per_shard == 1 else numbered(self.group / LOOSE / self.name)
+    def loose_rows(self, shard: int | None = None, *, intact: bool = False) -> dict[int, LooseRow]:
+        """Rows that are loose; arguments see `loose_rows.loose_rows`."""
+        return {} if self.per_shard == 1 else loose_rows(self.loose_folder, shard, intact=intact)
 
-    def read_loose(self, row: int) -> NDArray[Any] | None:
-        """One row of its loose file, shape (1, ...); None without."""
-        try:
-            content = self.row_file(row).read_bytes()
-        except FileNotFoundError:
-            return None
+    def loose_shards(self) -> set[int]:
+        """Shards with loose rows."""
+        return set() if self.per_shard == 1 else loose_shards(self.loose_folder)
+
+    def decoded(self, content: bytes) -> NDArray[Any]:
+        """One row from its bytes, shape (1, ...)."""
         require_declared_size(content, math.prod(self.shape[1:]) * self.dtype.itemsize)
         values = np.frombuffer(bytes(self.codec.decode(content)), self.dtype)
         return values.reshape(1, *self.shape[1:])
@@ -157,7 +155,24 @@ def described_array(group: Path, name: str, described: Mapping[str, Any]) -> Row
     return RowArray(group, name, shape, dtype, chunk[0], separator, _CODECS[codecs[-1]["name"]])
 
 
-def put_chunks(chunks: Iterable[tuple[str, bytes]], confirm: Confirm = _confirmed) -> None:
+def put_rows(rows: Iterable[tuple[RowArray, int, bytes]], confirm: Confirm = _confirmed) -> None:
+    """Write rows of some arrays that have shards of one length: loose, or each as a file of its own.
+
+    Args:
+        rows: Array, number and bytes of each row, in the order in which they are written.
+        confirm: See `loose_rows.append_row`.
+    """
+    files = []
+    for array, row, content in rows:
+        if array.per_shard == 1:
+            files.append((array.shard_file(row), content))
+        else:
+            append_row(array.loose_folder, row // array.per_shard, row, content, confirm)
+    if files:
+        put_chunks(files, confirm)
+
+
+def put_chunks(chunks: Iterable[tuple[Path, bytes]], confirm: Confirm = _confirmed) -> None:
     """Write files atomically, as zarr does but ten times as fast: under other names, then renamed in their order.
 
     A recording may be replaced by another at any moment: its folder is renamed, and a new one takes its name. The files
@@ -165,54 +180,34 @@ def put_chunks(chunks: Iterable[tuple[str, bytes]], confirm: Confirm = _confirme
     where it is the new one, `confirm` does.
 
     Args:
-        chunks: Path of the file of each chunk, and its bytes, compressed.
+        chunks: File of each chunk, and its bytes, compressed.
         confirm: Function that raises an error where the path is that of another recording by now.
     """
-    pending: list[tuple[str, str]] = []
+    pending: list[tuple[Path, Path]] = []
     try:
         for file, content in chunks:
-            folder, name = os.path.split(file)
-            pending.append((os.path.join(folder, f".{name}.{uuid.uuid4().hex}.partial"), file))
+            pending.append((file.with_name(f".{file.name}.{uuid.uuid4().hex}.partial"), file))
             _create(pending[-1][0], content, confirm)
         confirm()
-        for aside, file in pending:
-            os.replace(aside, file)
+        while pending:
+            os.replace(*pending[0])
+            del pending[0]
     except FileNotFoundError:
         confirm()
         raise
     finally:
-        for aside, _ in pending:  # also after a renaming: one between two names of the same file does nothing
-            Path(aside).unlink(missing_ok=True)
+        for aside, _ in pending:
+            aside.unlink(missing_ok=True)
 
 
-def _create(file: str, content: bytes, confirm: Confirm) -> None:
+def _create(file: Path, content: bytes, confirm: Confirm) -> None:
     """Create a file, and its folder if the recording is still the intended one."""
     try:
-        _write(file, content)
+        file.write_bytes(content)
     except FileNotFoundError:
         confirm()
-        Path(file).parent.mkdir(parents=True, exist_ok=True)
-        _write(file, content)
-
-
-def _write(file: str, content: bytes) -> None:
-    """Write a file; the entry of a loose ping as one more name of the first such file in its folder.
-
-    All entries have the same content. A name costs a twentieth of what a file of its own may cost.
-    """
-    folder = os.path.dirname(file)
-    if folder.endswith(os.path.join(LOOSE, "done")):
-        first = os.path.join(folder, f".{crc32c(content):08x}{ENTRY}")
-        try:
-            if not os.path.isfile(first):
-                aside = f"{first}.{uuid.uuid4().hex}.partial"
-                Path(aside).write_bytes(content)
-                os.replace(aside, first)
-            os.link(first, file)
-            return
-        except OSError:  # no second names here, no more of them, or another writer has deleted the first one
-            pass
-    Path(file).write_bytes(content)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(content)
 
 
 @contextmanager
@@ -228,22 +223,25 @@ def _renamed(file: Path, folder: Path, confirm: Confirm) -> Iterator[Path]:
     os.replace(aside, file)
 
 
-def recorded_rows(group: Path, arrays: list[RowArray]) -> NDArray[np.bool_]:
-    """Mask of the rows of `done` that are entered and have their file in each of some arrays, shape (row,).
+def recorded_rows(group: Path, arrays: list[RowArray], *, intact: bool = False) -> NDArray[np.bool_]:
+    """Mask of the rows of `done` that are entered and are there in each of some arrays, shape (row,).
 
     Args:
         group: Folder of the recording, or of its labels.
         arrays: Arrays over the same rows.
+        intact: True: loose rows count only where their bytes are the ones that were written; all of them are read.
     """
     done = row_array(group, "done")
     mask = np.zeros(done.shape, bool)
     for shard in numbered(group / "done" / "c"):
         rows = done.rows(shard)
-        entered = _entries(done, done.shard_file(shard))[: len(rows)]
+        entered = _entries(done, shard)[: len(rows)]
         there = all(array.shard_file(shard).is_file() for array in arrays)
         mask[rows.start : rows.start + len(entered)] = entered & there
-    for row in done.loose_rows():
-        mask[row] |= bool(_entries(done, done.row_file(row)).all()) and all(a.row_file(row).is_file() for a in arrays)
+    loose = set(done.loose_rows(intact=intact))
+    if loose:
+        loose.intersection_update(*(array.loose_rows(intact=intact) for array in arrays))
+        mask[sorted(loose)] = True
     return mask
 
 
@@ -264,16 +262,12 @@ def pack_shards(
     arrays = [array for array in (row_array(group, name) for name in names) if array.per_shard > 1]
     if shards is None:
         _sweep(group / LOOSE)
-        shards = {row // array.per_shard for array in (done, *arrays) for row in array.loose_rows()}
+        shards = {shard for array in (done, *arrays) for shard in array.loose_shards()}
     for shard in sorted(shards):
         if _is_packed(done, arrays, shard) or _pack(done, arrays, shard, confirm):
             confirm()
             for array in (done, *arrays):  # entries first: without them, no other writer packs what is left
-                for row in array.rows(shard):
-                    array.row_file(row).unlink(missing_ok=True)
-    if not done.loose_rows():
-        for file in (group / LOOSE / done.name).glob(f".*{ENTRY}"):
-            file.unlink(missing_ok=True)
+                delete_loose_rows(array.loose_folder, shard)
 
 
 def _sweep(folder: Path) -> None:
@@ -291,25 +285,39 @@ def _is_packed(done: RowArray, arrays: list[RowArray], shard: int) -> bool:
 
 def _pack(done: RowArray, arrays: list[RowArray], shard: int, confirm: Confirm) -> bool:
     """Join the loose rows of a shard where all are there; True where this or another writer has done so."""
-    if not set(done.rows(shard)) <= set(done.loose_rows()):  # no files are looked for one by one
+    for intact in (False, True):  # all bytes are read twice only where some are damaged
+        try:
+            return _pack_rows(done, arrays, shard, confirm, intact=intact)
+        except ValueError:
+            continue
+    return False
+
+
+def _pack_rows(done: RowArray, arrays: list[RowArray], shard: int, confirm: Confirm, *, intact: bool) -> bool:
+    """As `_pack`.
+
+    Raises:
+        ValueError: The bytes of a loose row are damaged.
+    """
+    rows = set(done.rows(shard))
+    if not rows <= done.loose_rows(shard, intact=intact).keys():
         return False
-    marks = [done.row_file(row) for row in done.rows(shard)]
-    needed = [array.row_file(row) for array in arrays if array.dtype != bool for row in array.rows(shard)]
-    if not all(file.is_file() for file in (*marks, *needed)):
+    loose = [array.loose_rows(shard, intact=intact) for array in arrays]
+    if any(a.dtype != bool and not set(a.rows(shard)) <= there.keys() for a, there in zip(arrays, loose, strict=True)):
         return False
     try:
-        for array in arrays:
+        for array, there in zip(arrays, loose, strict=True):
             if array.rows(shard):
                 array.shard_file(shard).parent.mkdir(parents=True, exist_ok=True)
                 with _renamed(array.shard_file(shard), done.group / LOOSE, confirm) as aside:
                     with aside.open("wb") as packed:
-                        packed.writelines(_shard_bytes(array, shard))
-                    if not all(mark.is_file() for mark in marks):  # entries are deleted before rows
+                        packed.writelines(_shard_bytes(array, shard, there))
+                    if not rows <= done.loose_rows(shard).keys():  # entries are deleted before rows
                         raise _PackedMeanwhileError
     except _PackedMeanwhileError:
         return _is_packed(done, arrays, shard)
     entries = np.zeros(done.per_shard, bool)
-    entries[: len(marks)] = True
+    entries[: len(rows)] = True
     done.shard_file(shard).parent.mkdir(exist_ok=True)
     with _renamed(done.shard_file(shard), done.group / LOOSE, confirm) as aside:
         aside.write_bytes(done.codec.encode(entries))
@@ -320,16 +328,16 @@ class _PackedMeanwhileError(Exception):
     """Another writer has packed a shard, and deletes its loose rows."""
 
 
-def _shard_bytes(array: RowArray, shard: int) -> Iterator[bytes]:
+def _shard_bytes(array: RowArray, shard: int, loose: Mapping[int, LooseRow]) -> Iterator[bytes]:
     """Bytes of a shard: its rows, then an index of offsets and lengths with a checksum."""
     index, offset = np.full((array.per_shard, 2), ABSENT, "<u8"), 0
     for number, row in enumerate(array.rows(shard)):
+        if row not in loose:
+            continue  # a row of False is not written
         try:
-            content = array.row_file(row).read_bytes()
+            content = loose[row].content()
         except FileNotFoundError:
-            if array.dtype != bool:
-                raise _PackedMeanwhileError from None
-            continue  # a row of False has no file
+            raise _PackedMeanwhileError from None
         index[number] = offset, len(content)
         offset += len(content)
         yield content
@@ -337,10 +345,10 @@ def _shard_bytes(array: RowArray, shard: int) -> Iterator[bytes]:
     yield encoded + crc32c(encoded).to_bytes(4, "little")
 
 
-def _entries(done: RowArray, file: Path) -> NDArray[np.bool_]:
-    """Entries of one chunk of the mask; none of a damaged one."""
+def _entries(done: RowArray, shard: int) -> NDArray[np.bool_]:
+    """Entries of one shard of the mask; none of a damaged one."""
     try:
-        content = file.read_bytes()
+        content = done.shard_file(shard).read_bytes()
         require_declared_size(content, done.per_shard)
         return np.frombuffer(bytes(done.codec.decode(content)), bool)
     except (RuntimeError, ValueError, FileNotFoundError):

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from insonify.formats import label_store, zarr_store
 from insonify.formats.locations import is_url
+from insonify.formats.loose_rows import delete_loose_rows
 from insonify.formats.object_store import SPOOL, ObjectStore, StoredGroup, spooled_recording, stored_group
 from insonify.formats.recording_writer import RecordingWriter, writing
 from insonify.formats.shards import STALE, numbered, recorded_rows, row_array
@@ -217,9 +218,9 @@ class StoreWriter(RecordingWriter):
         """Delete the files of a spool whose pings are in the store: those of a killed process, or of a second one."""
         local = group.below(self.path)
         for array in (local.done, *local.arrays):
-            for row in array.loose_rows():
-                if stored[min(row // array.per_shard * self._per_shard, stored.size - 1)]:
-                    array.row_file(row).unlink(missing_ok=True)
+            for shard in array.loose_shards():
+                if stored[min(shard * self._per_shard, stored.size - 1)]:
+                    delete_loose_rows(array.loose_folder, shard)
             if array.shape[0] == stored.size or self._per_shard > 1:  # else a line of a recorder, put with any ping
                 for shard in np.unique(np.flatnonzero(stored) // self._per_shard).tolist():
                     array.shard_file(shard).unlink(missing_ok=True)

@@ -34,7 +34,7 @@ from insonify.formats.locations import is_url
 from insonify.formats.named_chunks import open_named_chunks
 from insonify.formats.object_store import ObjectStore
 from insonify.formats.other_files import programs_advice
-from insonify.formats.shards import STALE, RowArray, pings_per_shard, put_chunks, recorded_rows, row_array
+from insonify.formats.shards import STALE, RowArray, pings_per_shard, put_rows, recorded_rows, row_array
 from insonify.formats.store_description import (
     IDENTITY,
     REPAIR_ADVICE,
@@ -146,24 +146,24 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
         ValueError: The data have another shape, or are not finite.
     """
     mine = require_own_recording(path, into)
-    array, chunks = row_array(path, _sound_array(str(path), mine)), list[tuple[str, bytes]]()
+    array, rows = row_array(path, _sound_array(str(path), mine)), list[tuple[RowArray, int, bytes]]()
     if array.name in FIELDS:
         values = _checked("ping", ping, data, array)
         if not np.isfinite(values).all():
             raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is too high")
-        chunks.append((str(array.row_file(ping)), array.codec.encode(values)))
-    put_chunks([*chunks, ping_entry(path, ping)], partial(require_own_recording, path, mine))
+        rows.append((array, ping, array.codec.encode(values)))
+    put_rows([*rows, ping_entry(path, ping)], partial(require_own_recording, path, mine))
 
 
-def ping_entry(group: str | Path, ping: int) -> tuple[str, bytes]:
-    """File and content of the entry of one ping in the mask of a recording, or of its labels.
+def ping_entry(group: str | Path, ping: int) -> tuple[RowArray, int, bytes]:
+    """Array, row and content of the entry of one ping in the mask of a recording, or of its labels.
 
     Args:
         group: Folder of the recording, or of its labels.
         ping: Number of the ping, from 0.
     """
     done = row_array(group, "done")
-    return str(done.row_file(ping)), done.codec.encode(np.ones(1, bool))
+    return done, ping, done.codec.encode(np.ones(1, bool))
 
 
 def write_line(path: str | Path, line: int, data: ArrayLike, *, into: str | None = None) -> None:
@@ -181,7 +181,7 @@ def write_line(path: str | Path, line: int, data: ArrayLike, *, into: str | None
     """
     mine, array = require_own_recording(path, into), row_array(path, "recorded")
     content = array.codec.encode(_checked("line", line, data, array))
-    put_chunks([(str(array.row_file(line)), content)], partial(require_own_recording, path, mine))
+    put_rows([(array, line, content)], partial(require_own_recording, path, mine))
 
 
 def _checked(kind: str, row: int, data: ArrayLike, array: RowArray) -> NDArray[Any]:
@@ -216,16 +216,22 @@ def _sound_array(path: str, mine: str) -> str:
     return next(name for name in SOUND if (Path(path) / name).is_dir())
 
 
-def recorded_pings(path: str | Path) -> NDArray[np.bool_]:
-    """Mask of the recorded pings, shape (ping,); False where the entry in the mask, or the sound, is lost."""
-    return recorded_rows(Path(path), [row_array(path, name) for name in sound_arrays(path) if name in FIELDS])
+def recorded_pings(path: str | Path, *, intact: bool = False) -> NDArray[np.bool_]:
+    """Mask of the recorded pings, shape (ping,); False where the entry in the mask, or the sound, is lost.
+
+    Args:
+        path: Folder of the recording.
+        intact: See `insonify.formats.shards.recorded_rows`.
+    """
+    arrays = [row_array(path, name) for name in sound_arrays(path) if name in FIELDS]
+    return recorded_rows(Path(path), arrays, intact=intact)
 
 
 def recorded_lines(path: str | Path) -> NDArray[np.bool_]:
     """Mask of the lines of a recorder that are there, shape (line,)."""
     array = row_array(path, "recorded")
     packed = {shard for shard in range(-(-array.shape[0] // array.per_shard)) if array.shard_file(shard).is_file()}
-    loose = set(array.loose_rows())
+    loose = array.loose_rows(intact=True)
     return np.array([k // array.per_shard in packed or k in loose for k in range(array.shape[0])], bool)
 
 
