@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import gammaln
 from scipy import stats
 
 import insonify
@@ -50,6 +51,16 @@ def test_the_k_distribution_is_a_mixture_of_exponentials():
         mixed = np.array([np.mean(1 - np.exp(-x / texture)) for x in u])
         np.testing.assert_allclose(k_distribution(u, 1 / shape), mixed, atol=2e-5)
     np.testing.assert_allclose(k_distribution(u, 1 / 140), 1 - np.exp(-u), atol=5e-3)
+
+
+@pytest.mark.parametrize("shape", [100.0, 146.0, 149.9])
+def test_the_k_distribution_of_a_large_shape_is_known_far_below_the_mean(shape):
+    """Where the Bessel function overflows: the gamma mixture of exponentials by quadrature, to 1e-7 of its value."""
+    u = np.geomspace(1e-5, 30, 80)
+    node = np.linspace(1e-3, 3, 20_001)
+    weight = np.exp(shape * np.log(shape) - gammaln(shape) + (shape - 1) * np.log(node) - shape * node)
+    mixed = -np.trapezoid(weight * np.expm1(-u[:, None] / node), node, axis=1)
+    np.testing.assert_allclose(k_distribution(u, 1 / shape), mixed, rtol=1e-7)
 
 
 def test_the_gamma_shape_is_that_of_maximum_likelihood():

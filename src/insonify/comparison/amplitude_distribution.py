@@ -9,8 +9,7 @@ levels.
 
 import numpy as np
 from scipy.ndimage import uniform_filter
-from scipy.special import gamma as gamma_function
-from scipy.special import gammainc, kv, ndtr, polygamma, psi
+from scipy.special import gammainc, gammaln, kve, ndtr, polygamma, psi
 
 from insonify.comparison.frame import Frame, Side
 from insonify.comparison.measure import Curve, Measure, Quantity, ratio
@@ -152,4 +151,10 @@ def k_distribution(intensity: Floats, inverse_shape: float) -> Floats:
         return np.asarray(1 - np.exp(-intensity))
     nu = 1 / inverse_shape
     x = np.sqrt(nu * intensity)
-    return np.asarray(1 - 2 / gamma_function(nu) * x**nu * kv(nu, 2 * x))
+    bessel = kve(nu, 2 * x)
+    overflows = np.isinf(bessel)  # at intensities far below the mean
+    factor = np.log(2.0) - gammaln(nu) + nu * np.log(np.where(overflows, 1.0, x)) - 2 * x
+    exceeded = np.exp(factor + np.log(np.where(overflows, 1.0, bessel)))
+    first, second, third = (x**2 / (k * max(nu - k, 1.0)) for k in (1, 2, 3))
+    series = 1 - first * (1 - second * (1 - third))
+    return np.asarray(1 - np.where(overflows, series, exceeded))
