@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.special import gammaln
 from scipy import stats
+from scipy.special import gammaln
 
 import insonify
 from insonify.comparison.amplitude_distribution import gamma_shape, k_distribution
