@@ -10,6 +10,7 @@ from insonify.engines.pair_importance import (
     MIN_KEEP_PROBABILITY,
     RANGE_BINS,
     PairSelection,
+    _edges,
     keep_probabilities_at,
     pair_energy_fractions,
 )
@@ -200,3 +201,62 @@ def test_a_single_pair_has_all_the_energy():
     part = pair_energy_fractions(simulator.engine.scene, bed, here, ("D",), law)
     assert part.shape == (1, 1, RANGE_BINS) and part.min() >= 0
     np.testing.assert_allclose(part[0, 0, 20:48], 1.0, atol=0.05)
+
+
+BENT = {"profile": [[0, 1510.0], [8, 1500.0], [20, 1480.0]], "smoothing": 1.0}
+
+
+def test_sampled_pairs_of_layered_water_are_those_of_all_pairs():
+    """Kept pairs have the strengths and legs of a run with all pairs, and the same energy: within 4 standard errors."""
+    simulator, kept, whole, variance = build_simulator(scene(water=BENT)), {}, {}, {}
+    here = simulator.ping_geometry(0)
+    for block in simulator.engine.blocks(here):
+        some, every = (simulator.engine.pairs(here, block, include_negligible=choice) for choice in (False, True))
+        rows = {name: row for row, name in enumerate(every.names())}
+        for row, (name, (i, j)) in enumerate(zip(some.names(), some.pair, strict=True)):
+            a, b = every.pair[rows[name]]
+            found = some.strength[row] * some.transmit_legs.amplitude[i] * some.receive_legs.amplitude[j]
+            expected = every.strength[rows[name]] * every.transmit_legs.amplitude[a] * every.receive_legs.amplitude[b]
+            there = (found != 0) & (expected != 0)
+            weight = some.strength[row][there] / every.strength[rows[name]][there]
+            np.testing.assert_allclose(found[there], weight * expected[there], rtol=1e-9)
+            assert weight.min(initial=1.0) >= 1 - 1e-6
+            kept[name] = kept.get(name, 0.0) + np.sum(np.abs(found) ** 2)
+            whole[name] = whole.get(name, 0.0) + np.sum(np.abs(expected) ** 2)
+            mean_weight = np.mean(weight**2) if there.any() else 1.0
+            variance[name] = variance.get(name, 0.0) + np.sum(np.abs(expected) ** 4) * (mean_weight - 1)
+    sampled = [name for name in kept if variance[name] > 0]
+    assert len(sampled) >= 4 and kept["D", "D"] == pytest.approx(whole["D", "D"], rel=1e-12)
+    for name in sampled:
+        assert abs(kept[name] - whole[name]) < 4 * np.sqrt(variance[name]), name
+
+
+def test_nearly_uniform_water_has_the_energies_of_uniform_water():
+    """2 mm/s over the depth: fractions of all pairs by refracted rays are those by straight ones, to 1e-3."""
+    fractions = []
+    for speed in (1500.0, 1500.002):
+        water = {"profile": [[0, 1500.0], [20, speed]]}
+        simulator = build_simulator(scene(water=water))
+        here, engine = simulator.ping_geometry(0), simulator.engine
+        law = engine.scene.seabed.law(here.frequency, 1500.0)
+        fractions.append(engine._energy_fractions(here, law)[1])
+    assert fractions[0].shape[0] == 3
+    np.testing.assert_allclose(fractions[1], fractions[0], atol=1e-3)
+
+
+def test_pairs_by_other_families_count_where_no_direct_ray_arrives():
+    """Sound bent up by 4 1/s: the last direct ray to the bed ends at 82 m, beyond it those by the surface dominate.
+
+    A ray that is level at the bed leaves at arccos(1 - 9 m / R), R = c / g = 385 m, and reaches it after R sin.
+    """
+    water = {"profile": [[0, 1460.0], [20, 1540.0]]}
+    simulator = build_simulator(scene(water=water, track={"window": (0.04, 0.2)}, paths={"max_reflections": 1}))
+    here, engine = simulator.ping_geometry(0), simulator.engine
+    families, fraction = engine._energy_fractions(here, engine.scene.seabed.law(here.frequency, 1540.0))
+    edges, surface = _edges(here), families.index("S")
+    radius = 1540.0 / 4.0
+    last = radius * np.sin(np.arccos(1 - 9.0 / radius))
+    before, beyond = edges[1:] < 0.95 * last, (edges[:-1] > 1.02 * last) & (edges[1:] < 1.3 * last)
+    assert np.isfinite(fraction).all() and before.sum() > 10 and beyond.sum() >= 3
+    assert (fraction[0, 0, before] > 0).all() and not fraction[0, 0, beyond].any()
+    assert (fraction[surface, surface, beyond] > 0.5).all()

@@ -391,7 +391,6 @@ class EigenrayEngine:
         if (
             ((terrain is None or terrain.span[0] == terrain.span[1]) and ping_geometry.channel_count < MANY_CHANNELS)
             or is_bistatic
-            or not is_straight
             or not self.path_settings.importance_sampling
             or ping_geometry.hull is not None
             or self.faces(ping_geometry)
@@ -404,7 +403,10 @@ class EigenrayEngine:
         depths = ping_geometry.transmit_position[2], ping_geometry.receive_position[2]
         key = (families, depths, ping_geometry.recorded_delays, *(beam.axes.tobytes() for beam in beams))
         fractions = self.caches.energy_fractions.get(
-            key, lambda: pair_energy_fractions(self.scene, terrain, ping_geometry, families, law)
+            key,
+            lambda: pair_energy_fractions(
+                self.scene, terrain, ping_geometry, families, law, None if is_straight else self.rays
+            ),
         )
         return families, np.asarray(fractions, float)
 
@@ -429,7 +431,9 @@ class EigenrayEngine:
         legs = self.rays.legs(position, scatterers, families, ping_geometry.frequency)
         if elements and ping_geometry.elements is not None:
             legs = self.rays.with_aperture_expansion(legs, position, scatterers, ping_geometry.element_extent)
-        needed = None if selection is None else selection.needed
+        needed = None
+        if selection is not None and selection.needed is not None:
+            needed = selection.needed[[selection.families.index(family) for family in legs.families]]
         return self._with_water_delays(
             self._with_terrain(legs, scatterers, ping_geometry, position, needed), scatterers, ping_geometry, position
         )

@@ -14,7 +14,7 @@ scatterers: each pair has the larger of its fractions over a seabed that reflect
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,13 @@ from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.relief_reflections import coherent_bounce_factor
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.local_planes import flat_image_paths
+from insonify.propagation.propagation_model import PropagationModel
 from insonify.recent_results import Identity, RecentResults
+from insonify.records.legs import LegStatus
 from insonify.records.pairs import PairSampling
 from insonify.scattering.compiled_law import CompiledLaw
-from insonify.scene.scatterers import Law
+from insonify.scattering.point_target import PointTargetLaw
+from insonify.scene.scatterers import Law, Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.sonar.beam import Beams
@@ -209,34 +212,32 @@ def significant_families(
 
 
 def pair_energy_fractions(
-    scene: Scene, terrain: SeabedTerrain | None, ping_geometry: PingGeometry, families: tuple[str, ...], law: Law
-) -> Floats:
+    scene: Scene, terrain: SeabedTerrain | None, ping_geometry: PingGeometry, families: tuple[str, ...], law: Law,
+    rays: PropagationModel | None = None,
+) -> Floats:  # fmt: skip
     """Energy of each pair re all that arrives with it, the largest of any channel [1], (f, f, RANGE_BINS).
 
     Args:
-        scene: The scene; its water has one sound speed.
+        scene: The scene.
         terrain: Its terrain; None: the bed is flat.
         ping_geometry: The sonar, both ends on one platform.
         families: Families that reach the seabed.
         law: Scattering law of the seabed.
+        rays: Rays of layered water; None: the water has one sound speed.
     """
     edges = _edges(ping_geometry)
     middle = (edges[1:] + edges[:-1]) / 2
     pair = np.array([(i, j) for i in range(len(families)) for j in range(len(families))])
     depths = float(ping_geometry.transmit_position[2]), float(ping_geometry.receive_position[2])
-    (_, transmit_arrival, transmit_power), (_, receive_arrival, receive_power) = (
-        _legs(scene, terrain, ping_geometry, families, middle, depth) for depth in depths
-    )
+    transmit, receive = (_legs(scene, terrain, ping_geometry, families, middle, depth, rays) for depth in depths)
     sea = glint_spread(scene, ping_geometry.frequency)
     spread = [_elevation_spreads(sea, families, depth, middle, scene.seabed.depth) for depth in depths]
-    gains = _gains(
-        ping_geometry, transmit_arrival, receive_arrival, np.array([name.startswith("S") for name in families]), spread
-    )
-    section = np.array([_cross_section(law, transmit_arrival[i], receive_arrival[j]) for i, j in pair])
+    gains = _gains(ping_geometry, transmit.departure, receive.departure, spread)
+    section = np.array([_cross_section(law, transmit.arrival[i], receive.arrival[j]) for i, j in pair])
     area = middle * np.diff(edges)
-    own = (section * transmit_power[pair[:, 0]] * receive_power[pair[:, 1]] * area) * gains[:, pair[:, 0], pair[:, 1]]
+    own = (section * transmit.power[pair[:, 0]] * receive.power[pair[:, 1]] * area) * gains[:, pair[:, 0], pair[:, 1]]
     transmit_delay, receive_delay = (
-        _legs(scene, terrain, ping_geometry, families, edges, depth)[0] / ping_geometry.sound_speed for depth in depths
+        _legs(scene, terrain, ping_geometry, families, edges, depth, rays).delay for depth in depths
     )
     pair_delay = transmit_delay[pair[:, 0]] + receive_delay[pair[:, 1]]
     own *= pair_delay[:, :-1] < ping_geometry.recorded_delays[1]
@@ -260,14 +261,24 @@ def _edges(ping_geometry: PingGeometry) -> Floats:
     return np.asarray(farthest * _UNIT_EDGES)
 
 
+class _MeanLegs(NamedTuple):
+    """Legs of f families to n points of the mean plane, northwards from one end of the sonar."""
+
+    delay: Floats
+    """One-way travel times [s], (f, n)."""
+    departure: Floats
+    """Directions at the sonar, (f, n, 3)."""
+    arrival: Floats
+    """Directions at the points, (f, n, 3)."""
+    power: Floats
+    """Powers re 1 m over a seabed that reflects all, but for what its roughness takes [m^-2], (f, n)."""
+
+
 def _legs(
     scene: Scene, terrain: SeabedTerrain | None, ping_geometry: PingGeometry, families: tuple[str, ...],
-    distance: Floats, depth: float,
-) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-    """Lengths [m], directions of arrival to the north, powers re 1 m [m^-2] of level legs from a depth, (f, n), 3.
-
-    Powers are those over a seabed that reflects all, but for what its roughness takes.
-    """
+    distance: Floats, depth: float, rays: PropagationModel | None,
+) -> _MeanLegs:  # fmt: skip
+    """Legs of each family from a depth [m] to horizontal distances [m]; of several rays the directions of one."""
     position = np.array([0.0, 0.0, depth])
     points = np.stack([distance, 0 * distance, np.full_like(distance, scene.seabed.depth)], axis=-1)
     paths = [flat_image_paths(name, position, points, scene.seabed.depth) for name in families]
@@ -282,9 +293,42 @@ def _legs(
     factors = [
         factor * surface ** bounce_sequence(name).count("S") for name, factor in zip(families, factors, strict=True)
     ]
-    absorption = float(scene.water.absorption(ping_geometry.frequency))
-    power = np.array(factors) ** 2 * 10 ** (-absorption * length / 10) / length**2
-    return length, np.array([path.arrival for path in paths]), power
+    absorption, arrival = float(scene.water.absorption(ping_geometry.frequency)), np.array([p.arrival for p in paths])
+    spreading = 10 ** (-absorption * length / 10) / length**2
+    up = np.array([name.startswith("S") for name in families])
+    departure = arrival.copy()
+    departure[..., 2] = np.where(up[:, None], -1, 1) * np.abs(arrival[..., 2])
+    legs = _MeanLegs(length / ping_geometry.sound_speed, departure, arrival, spreading)
+    if rays is not None:
+        legs = _refracted(legs, rays, position, points, families, ping_geometry.frequency)
+    return legs._replace(power=np.array(factors) ** 2 * legs.power)
+
+
+def _refracted(
+    straight: _MeanLegs, rays: PropagationModel, position: NDArray[np.float64], points: NDArray[np.float64],
+    families: tuple[str, ...], frequency: float,
+) -> _MeanLegs:  # fmt: skip
+    """Legs by refracted rays: powers of all rays of a family, times and directions of the strongest.
+
+    A family without a ray has no power, and the time and directions of its straight leg.
+    """
+    n, up = len(points), np.array([0.0, 0.0, -1.0])
+    ends = Scatterers(
+        "seabed", "seabed", PointTargetLaw(0.0), points, np.tile(up, (n, 1)), np.ones(n), np.ones(n, complex),
+        np.zeros(n, np.uint64),
+    )  # fmt: skip
+    legs, result = rays.open_water().legs(position, ends, families, frequency), _MeanLegs(*map(np.copy, straight))
+    power = np.where(legs.status == LegStatus.CLEAR, (legs.spreading * legs.absorption) ** 2, 0.0)
+    for row, name in enumerate(families):
+        of_family = np.flatnonzero([family == name for family in legs.families])
+        result.power[row] = power[of_family].sum(axis=0)
+        strongest = of_family[np.argmax(power[of_family], axis=0)]
+        reached = np.flatnonzero(result.power[row] > 0)
+        for column, values in (
+            (result.delay, legs.delay), (result.departure, legs.departure), (result.arrival, legs.arrival),
+        ):  # fmt: skip
+            column[row, reached] = values[strongest[reached], reached]
+    return result
 
 
 def _elevation_spreads(
@@ -310,16 +354,14 @@ def _elevation_spreads(
 
 
 def _gains(
-    ping_geometry: PingGeometry, transmit_arrival: Floats, receive_arrival: Floats, up: NDArray[np.bool_],
-    rises: list[Floats],
-) -> Floats:  # fmt: skip
+    ping_geometry: PingGeometry, transmit_departure: Floats, receive_departure: Floats, rises: list[Floats]
+) -> Floats:
     """Two-way gain of each channel for each pair of families, mean square over all bearings [1], (c, f, f, n).
 
     Args:
         ping_geometry: The sonar.
-        transmit_arrival: Directions of arrival to the north of the transmit legs, (f, n, 3).
-        receive_arrival: The same of the legs from the receiver, (f, n, 3).
-        up: Families that leave upwards, (f,).
+        transmit_departure: Directions to the north in which the transmit legs leave, (f, n, 3).
+        receive_departure: The same of the legs from the receiver, (f, n, 3).
         rises: Result of `_elevation_spreads` for the transmit leg and for the receive leg.
     """
     channels = np.unique(np.linspace(0, ping_geometry.channel_count - 1, MAX_CHANNELS).astype(int))
@@ -333,7 +375,7 @@ def _gains(
 
     def leaving(into: Floats) -> Floats:
         horizontal = np.hypot(into[..., 0], into[..., 1])
-        down = np.where(up[:, None], -1, 1) * np.abs(into[..., 2]) + 0 * bearing
+        down = into[..., 2] + 0 * bearing
         return np.stack([horizontal * np.cos(bearing), horizontal * np.sin(bearing), down], axis=-1)
 
     def energy(beams: Beams, into: Floats, rows: NDArray[np.intp], rise: Floats) -> Floats:
@@ -348,8 +390,8 @@ def _gains(
             mean /= 1 + len(ELEVATION_DEVIATIONS)
         return np.asarray(mean)
 
-    transmit_energy = energy(transmit_beams, transmit_arrival, outwards[0], rises[0])
-    receive_energy = energy(receive_beams, receive_arrival, outwards[1], rises[1])
+    transmit_energy = energy(transmit_beams, transmit_departure, outwards[0], rises[0])
+    receive_energy = energy(receive_beams, receive_departure, outwards[1], rises[1])
     return np.asarray(np.einsum("cbin,cbjn->cijn", transmit_energy, receive_energy))
 
 

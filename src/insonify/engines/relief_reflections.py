@@ -37,7 +37,7 @@ from insonify.propagation.local_planes import (
     fresnel_zone,
     local_plane_paths,
 )
-from insonify.records.legs import Legs, LegStatus
+from insonify.records.legs import Legs, LegStatus, legs_to_points
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain
@@ -63,8 +63,7 @@ def reflect_off_relief(
         terrain_occlusion: Occlusion by the seabed for that end.
         scene: The scene; its bed has relief.
         soft: See `occlude_by_terrain`; legs off local planes have hard shadows.
-        needed: True for the legs with bounces to evaluate, shape (f, n); other legs of straight rays get no amplitude.
-            None: all.
+        needed: True for the legs with bounces to evaluate, shape (f, n); others get no amplitude. None: all.
 
     Returns:
         The same rows. Over a relief of height 0 they are bit-identical.
@@ -74,6 +73,8 @@ def reflect_off_relief(
     if not bounced:
         return occlude_by_terrain(legs, scatterers, position, terrain_occlusion, soft=soft)
     if not isinstance(terrain_occlusion.launches, StraightLaunchAngles):
+        if needed is not None:
+            return _reflect_needed(legs, bounced, needed, scatterers, position, terrain_occlusion, scene, soft=soft)
         shaded = occlude_by_terrain(legs, scatterers, position, terrain_occlusion, soft=soft)
         return _displace_refracted(shaded, bounced, legs, scatterers, position, terrain_occlusion, scene)
     reflected = _without_bottom_bounces(legs, bounced, scatterers, position, terrain_occlusion, soft=soft)
@@ -251,6 +252,27 @@ def clear_of_terrain(
     nodes, spared = np.empty((count + 2, n, 2)), np.empty((count + 2, n))
     set_path_nodes(paths, position, points, profiled.distance, terrain_occlusion.wavelength, nodes, spared)
     return paths.is_valid & terrain_occlusion.image_paths_clear(profiled.groups, nodes, spared, on_terrain=on_terrain)
+
+
+def _reflect_needed(
+    legs: Legs, bounced: list[int], needed: NDArray[np.bool_], scatterers: Scatterers, position: NDArray[np.float64],
+    terrain_occlusion: TerrainOcclusion, scene: Scene, *, soft: bool,
+) -> Legs:  # fmt: skip
+    """Refracted legs, of which those with bottom bounces are evaluated at some points each, family by family."""
+    result = _without_bottom_bounces(legs, bounced, scatterers, position, terrain_occlusion, soft=soft)
+    for family in dict.fromkeys(legs.families[row] for row in bounced):
+        rows = [row for row in bounced if legs.families[row] == family]
+        points = np.flatnonzero(needed[rows[0]])
+        result.reflection_coefficient[rows] = np.where(needed[rows], result.reflection_coefficient[rows], 0.0)
+        if len(points):
+            of_family, ends = leg_rows(legs, rows), scatterers.take(points)
+            part, _ = legs_to_points((of_family, of_family), points)
+            shaded = occlude_by_terrain(part, ends, position, terrain_occlusion, soft=soft)
+            every = list(range(len(rows)))
+            moved = _displace_refracted(shaded, every, part, ends, position, terrain_occlusion, scene)
+            for name in (*_COPIED_COLUMNS, "reflection_coefficient", "occluder"):
+                getattr(result, name)[np.array(rows)[:, None], points] = getattr(moved, name)
+    return result
 
 
 def _displace_refracted(

@@ -29,7 +29,7 @@ from insonify.engines.terrain_profiles import AzimuthProfiles, GainBound, Profil
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.knife_edge import edge_diffraction_table
 from insonify.propagation.launch_angles import LaunchAngles, StraightLaunchAngles
-from insonify.records.legs import Legs
+from insonify.records.legs import Legs, LegStatus
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.seabed_terrain import SeabedTerrain
 
@@ -78,6 +78,7 @@ class TerrainOcclusion:
     def visible(
         self, families: tuple[str, ...], distance: Floats, sine: Floats, depth: Floats, groups: list[ProfileGroup], *,
         on_terrain: bool = False, diffraction_factor: NDArray[np.complex128] | None = None,
+        exists: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Return True if rays of some families reach positions without reaching the seabed before them.
 
@@ -90,6 +91,7 @@ class TerrainOcclusion:
             on_terrain: True if the positions lie on the seabed: then their depth is that of their slice's line.
             diffraction_factor: Result where it is given: factor of crests of the seabed on the pressure [1], shape
                 (f, n).
+            exists: False for rays that do not exist and need not be tested, shape (f, n); None: all do.
 
         Returns:
             True where a ray is clear, shape (f, n).
@@ -107,6 +109,8 @@ class TerrainOcclusion:
             result[row] = self._clear(name, groups, distance, sine[row], on_terrain, factor)
             slope = launch_slope(name, sine[row])
             off_table = self.launches.off_table_rays(name, slope, distance, depth)
+            if off_table is not None and exists is not None:
+                off_table &= exists[row]
             if off_table is not None and off_table.any():
                 rays = RayModel(self.launches, self.bed.depth, self.wavelength, self.step)
                 marched = march_over_terrain(
@@ -342,6 +346,7 @@ def write_terrain_occlusion(
         legs.families, distance, legs.departure[..., 2], scatterers.position[:, 2], groups,
         on_terrain=scatterers.boundary == "seabed",
         diffraction_factor=np.asarray(columns.visibility, complex) if soft else None,
+        exists=(columns.status == LegStatus.CLEAR) | (columns.status == LegStatus.OCCLUDED),
     )  # fmt: skip
     kernel.mark_terrain_occlusion(clear, legs.visibility, soft, *columns)
     return distance
