@@ -21,13 +21,18 @@ LAYERED = {"profile": {"depth": [0, 15, 40], "speed": [1520, 1500, 1490]}}
 
 @pytest.mark.parametrize("water", [{}, LAYERED])
 @pytest.mark.parametrize("stop", [(0.0, 0.0, 10.0), (3.0, -2.0, 12.0)])
-def test_gradients_at_nodes_are_those_of_the_paths(water, stop):
-    """At 240 nodes of waves 40 cm high, in water of one speed and in layers, from one place and from two."""
-    step, margin, shape = 0.25, 3, (18, 26)
+@pytest.mark.parametrize(("step", "shape", "tolerance"), [(0.25, (18, 26), 1e-9), (0.1, (106, 126), 3e-9)])
+def test_gradients_at_nodes_are_those_of_the_paths(water, stop, step, shape, tolerance):
+    """At nodes of waves 40 cm high, in water of one speed and in layers, from one place and from two, to 1e-9.
+
+    At 240 nodes, where each ray is solved in layers, and at 12 000, where rays are tabulated: to 3e-9, since two rays
+    that are solved alone differ by so much from their neighbours.
+    """
+    margin = 3
     north, east = -2.0 + step * np.arange(shape[0]), -3.0 + step * np.arange(shape[1])
     depth = 30 + 0.2 * np.sin(1.7 * north[:, None] + 0.4) * np.cos(1.3 * east[None, :])
     terrain = TerrainSpline(spline_filter(depth, mode="mirror"), north[0], east[0], step)
-    scene = Scene(seabed={"depth": 30.0}, water=water)
+    scene = Scene(seabed={"depth": 31.0}, water=water)  # layers reach below the waves
     layers = surface_water(scene, float(scene.water.sound_speed_at(10.0)), False, False)
     assert (layers.depth.size > 0) == bool(water)
     ends = PathEnds(np.array([0.0, 0.0, 10.0]), np.array(stop), layers)
@@ -38,7 +43,7 @@ def test_gradients_at_nodes_are_those_of_the_paths(water, stop):
     places = np.stack(np.meshgrid(north[inner], east[inner], indexing="ij"), axis=-1).reshape(-1, 2)
     paths = curved_paths(places, terrain, ends, step)[1]
     assert np.abs(paths[:, 1:3]).max() > 0.1
-    np.testing.assert_allclose(gradient.reshape(2, -1).T, paths[:, 1:3], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(gradient.reshape(2, -1).T, paths[:, 1:3], rtol=0, atol=tolerance)
 
 
 @pytest.mark.parametrize("reach", [1, 2, 9])

@@ -210,6 +210,31 @@ def test_a_process_that_packs_with_a_damaged_ping_leaves_it_missing(serial: Path
     assert contents(path) == contents(serial)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_whatever_is_damaged_of_loose_pings_a_run_leaves_the_serial_bytes(
+    serial: Path, tmp_path: Path, seed: int
+) -> None:
+    """Random bytes of files of killed processes changed, or their ends cut off: read or refused, then written again."""
+    path, rng = tmp_path / "a.zarr", random.Random(seed)
+    writer(path)
+    for ping in range(90):
+        write_ping(path, ping, sound(ping))
+    for file in sorted((path / LOOSE).rglob("*-*")):
+        content = bytearray(file.read_bytes())
+        for _ in range(rng.choice([0, 1, 3, 20])):
+            content[rng.randrange(len(content))] = rng.randrange(256)
+        if rng.random() < 0.3:
+            del content[rng.randrange(len(content)) :]
+        file.unlink()
+        file.with_name(f"{file.name.partition('-')[0]}-killed").write_bytes(content)
+    with suppress(StoreError):
+        held = open_recording(path)
+        for ping in np.flatnonzero(recorded_pings(path, intact=True)):
+            np.testing.assert_array_equal(held.pressure[ping], sound(int(ping)))
+    write_part(path)
+    assert contents(path) == contents(serial)
+
+
 def test_a_record_cut_short_by_a_full_disk_ends_its_file(
     serial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
