@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
+from insonify.propagation._wavefront_kernel import LegEnds, vertical_curvatures
 from insonify.propagation.families import bounce_sequence
 from insonify.records.legs import Legs
 
@@ -18,8 +19,6 @@ GRADIENT_HALF_STEP = 0.01
 """Half the depth interval over which a profile's gradient is taken [m]."""
 MIN_RADIUS = 1e-9
 """Least radius of a sphere about a point [m]."""
-MIN_SINE = 1e-6
-"""Sine below which a ray counts as horizontal: its tube does not determine the wavefront [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,17 +60,11 @@ def wavefront(legs: Legs, row: int, position: Floats, points: Floats, water: Wat
         lower_depth - upper_depth
     )
     speed, point_speed = float(water.sound_speed_at(depth)), np.asarray(water.sound_speed_at(points[:, 2]), float)
-    sine, arrival_sine = legs.departure[row, :, 2], legs.arrival[row, :, 2]
-    is_horizontal = (np.abs(sine) < MIN_SINE) | (np.abs(arrival_sine) < MIN_SINE) | (distance < 1e-9)
-    cosine = np.sqrt(np.clip(1 - sine**2, 0, 1))
-    # Each bounce, and each turning point, reverses a ray's vertical direction: their number is even or odd.
-    is_odd = len(bounce_sequence(legs.families[row])) % 2 == 1
-    is_turned = ((sine * arrival_sine < 0) != is_odd).astype(int)
-    caustic_sign = np.where((legs.caustics[row] - is_turned) % 2 == 0, 1.0, -1.0)
-    tube_area = legs.spreading[row] ** 2 * distance * np.abs(arrival_sine)
-    ray_tube = caustic_sign * tube_area / np.where(is_horizontal, 1.0, point_speed * cosine)
-    curvature_over_speed = ray_tube + gradient * np.sign(sine) * cosine**2 / speed**2
-    curvature_over_speed = curvature_over_speed / np.where(is_horizontal, 1.0, np.abs(sine))
+    ends = LegEnds(
+        legs.departure[row, :, 2], legs.arrival[row, :, 2], legs.spreading[row], length, legs.caustics[row], distance,
+        point_speed,
+    )  # fmt: skip
+    curvature, bounces = np.empty(len(distance)), len(bounce_sequence(legs.families[row]))
+    vertical_curvatures(ends, bounces % 2 == 1, speed, gradient, curvature)
     expansion = np.zeros((0, len(distance))) if legs.aperture_expansion is None else legs.aperture_expansion[row]
-    curvature = np.where(is_horizontal, 1 / np.maximum(length, 1e-9), speed * curvature_over_speed)
     return Wavefront(curvature, distance, gradient, expansion)
