@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from insonify.propagation._wavefront_kernel import MIN_SINE, TubeColumns, vertical_curvatures
 from insonify.propagation.wavefront import wavefront
 from insonify.simulator import build_simulator
 from insonify.synthesis._arrival_time_kernel import ArrayWater, ArrivalColumns, ElementMotion, arrival_refracted
@@ -59,3 +60,24 @@ def test_a_leg_to_the_centre_gives_the_legs_beside_it(name, bar):
                 water = ArrayWater(1 / here.sound_speed, front.sound_speed_gradient, 0.0, True, 0.0)
                 arrival_refracted(echoes, clear.size, still, water, when, fade, doppler)
                 np.testing.assert_allclose(when[clear], other.receive_legs.delay[row][clear], rtol=0, atol=bar)
+
+
+@pytest.mark.parametrize("odd", [False, True])
+def test_curvatures_are_the_tube_and_the_eikonal_term(odd):
+    """Random legs, level ones, points overhead and touched caustics among them: array arithmetic, bit for bit."""
+    rng, n, speed, gradient = np.random.default_rng(7), 2000, 1498.0, -0.8
+    sine, arrival = rng.uniform(-1, 1, (2, n)) * rng.choice([1.0, 1e-3, 1e-7], (2, n))
+    spreading, length = 1 / rng.uniform(1, 300, n), rng.uniform(1, 300, n)
+    caustics, distance = rng.integers(0, 4, n).astype(np.uint8), rng.uniform(0, 300, n) * rng.choice([1.0, 0.0], n)
+    point_speed = rng.uniform(1470, 1530, n)
+    found = np.empty(n)
+    legs = TubeColumns(sine, arrival, spreading, length, caustics, distance, point_speed)
+    vertical_curvatures(legs, odd, speed, gradient, found)
+    level = (np.abs(sine) < MIN_SINE) | (np.abs(arrival) < MIN_SINE) | (distance < 1e-9)
+    cosine, turned = np.sqrt(np.clip(1 - sine**2, 0, 1)), ((sine * arrival < 0) != odd).astype(int)
+    sign = np.where((caustics - turned) % 2 == 0, 1.0, -1.0)
+    tube = sign * (spreading**2 * distance * np.abs(arrival)) / np.where(level, 1.0, point_speed * cosine)
+    over_speed = tube + gradient * np.sign(sine) * cosine**2 / speed**2
+    expected = np.where(level, 1 / np.maximum(length, 1e-9), speed * (over_speed / np.where(level, 1, np.abs(sine))))
+    np.testing.assert_array_equal(found, expected)
+    assert 0.3 < level.mean() < 0.9

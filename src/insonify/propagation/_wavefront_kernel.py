@@ -14,8 +14,8 @@ MIN_SINE = 1e-6
 """Sine below which a ray counts as horizontal: its tube does not determine the wavefront [1]."""
 
 
-class LegEnds(NamedTuple):
-    """Legs of one row to n points."""
+class TubeColumns(NamedTuple):
+    """Columns of one row of legs to n points that determine their ray tubes."""
 
     sine: Floats
     """Sines of the angles below the horizontal at the sonar [1], (n,)."""
@@ -34,7 +34,9 @@ class LegEnds(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def vertical_curvatures(legs: LegEnds, has_odd_bounces: bool, speed: float, gradient: float, result: Floats) -> None:
+def vertical_curvatures(
+    legs: TubeColumns, has_odd_bounces: bool, speed: float, gradient: float, result: Floats
+) -> None:
     """Curvatures of the wavefronts of one row of legs in the vertical plane.
 
     Args:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
-from insonify.propagation._wavefront_kernel import LegEnds, vertical_curvatures
+from insonify.propagation._wavefront_kernel import TubeColumns, vertical_curvatures
 from insonify.propagation.families import bounce_sequence
 from insonify.records.legs import Legs
 
@@ -60,7 +60,7 @@ def wavefront(legs: Legs, row: int, position: Floats, points: Floats, water: Wat
         lower_depth - upper_depth
     )
     speed, point_speed = float(water.sound_speed_at(depth)), np.asarray(water.sound_speed_at(points[:, 2]), float)
-    ends = LegEnds(
+    ends = TubeColumns(
         legs.departure[row, :, 2], legs.arrival[row, :, 2], legs.spreading[row], length, legs.caustics[row], distance,
         point_speed,
     )  # fmt: skip
