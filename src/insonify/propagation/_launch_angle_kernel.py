@@ -27,18 +27,22 @@ def interpolate_launch_slope(nodes: Floats, first_depth: float, row_spacing: flo
         launch_slope: Result: NaN outside the grid, (m, n).
     """
     lines, stations = nodes.shape
+    column, fraction = np.empty(distance.size, np.int64), np.empty(distance.size)
+    for n in range(distance.size):
+        u = distance[n] / column_spacing
+        column[n] = min(int(u), stations - 2) if 0 < u <= stations - 1 else -1
+        fraction[n] = u - column[n]
     for m in range(depth.shape[0]):
         for n in range(depth.shape[1]):
-            position_range = distance[n]
-            u, v = position_range / column_spacing, (depth[m, n] - first_depth) / row_spacing
-            if not (0 < u <= stations - 1 and -1e-6 <= v <= lines - 1 + 1e-6):
+            v, k, u = (depth[m, n] - first_depth) / row_spacing, column[n], fraction[n]
+            if k < 0 or not -1e-6 <= v <= lines - 1 + 1e-6:
                 launch_slope[m, n] = np.nan
                 continue
-            i, k = max(min(math.floor(v), lines - 2), 0), min(int(u), stations - 2)
-            v, u = v - i, u - k
+            i = max(min(math.floor(v), lines - 2), 0)
+            v -= i
             nearer = nodes[i, k] + v * (nodes[i + 1, k] - nodes[i, k])
             farther = nodes[i, k + 1] + v * (nodes[i + 1, k + 1] - nodes[i, k + 1])
-            launch_slope[m, n] = (nearer + u * (farther - nearer)) / position_range
+            launch_slope[m, n] = (nearer + u * (farther - nearer)) / distance[n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
