@@ -5,13 +5,14 @@ import pytest
 from scipy.ndimage import spline_filter
 
 from insonify.engines._relief_specular_points_kernel import (
-    CURVATURE,
+    HESSIAN,
     PathEnds,
     TerrainSpline,
-    changes_sign,
-    curved_paths,
+    _path_gradient,
     gradients_at_nodes,
     keep_distinct,
+    mark_sign_changes,
+    paths_with_curvature,
 )
 from insonify.propagation.surface_water import surface_water
 from insonify.scene.scene import Scene
@@ -41,7 +42,7 @@ def test_gradients_at_nodes_are_those_of_the_paths(water, stop, step, shape, tol
     gradients_at_nodes(depth, margin, terrain, ends, gradient)
     inner = slice(margin, -margin)
     places = np.stack(np.meshgrid(north[inner], east[inner], indexing="ij"), axis=-1).reshape(-1, 2)
-    paths = curved_paths(places, terrain, ends, step)[1]
+    paths = paths_with_curvature(places, terrain, ends, step)[1]
     assert np.abs(paths[:, 1:3]).max() > 0.1
     np.testing.assert_allclose(gradient.reshape(2, -1).T, paths[:, 1:3], rtol=0, atol=tolerance)
 
@@ -54,7 +55,7 @@ def test_signs_change_where_both_ranges_pass_zero(reach):
     gradient[:, rng.random((14, 11)) < 0.1] = np.nan
     gradient[:, :4, :4] = np.nan
     found, expected = np.empty((14, 11), bool), np.empty((14, 11), bool)
-    changes_sign(gradient, reach, found)
+    mark_sign_changes(gradient, reach, found)
     for i, j in np.ndindex(expected.shape):
         around = gradient[:, max(i - reach, 0) : i + reach + 1, max(j - reach, 0) : j + reach + 1].reshape(2, -1)
         known = np.isfinite(around)
@@ -84,10 +85,10 @@ def test_curvatures_are_the_eigenvalues_and_change_along_their_eigenvectors():
     places = np.random.default_rng(2).uniform(-3, 3, (200, 2))
 
     def matrices(positions):
-        rows = curved_paths(positions, terrain, ends, reach)[1]
-        return rows[:, [CURVATURE, CURVATURE + 1, CURVATURE + 1, CURVATURE + 2]].reshape(-1, 2, 2)
+        rows = paths_with_curvature(positions, terrain, ends, reach)[1]
+        return rows[:, [HESSIAN, HESSIAN + 1, HESSIAN + 1, HESSIAN + 2]].reshape(-1, 2, 2)
 
-    points, _, curvature, change = curved_paths(places, terrain, ends, reach)
+    points, _, curvature, change = paths_with_curvature(places, terrain, ends, reach)
     np.testing.assert_array_equal(points[:, :2], places)
     value, vector = np.linalg.eigh(matrices(places))
     np.testing.assert_allclose(curvature, value, rtol=1e-12, atol=1e-14)
@@ -98,3 +99,19 @@ def test_curvatures_are_the_eigenvalues_and_change_along_their_eigenvectors():
             np.einsum("na,nab,nb->n", along, matrices(places + side * reach * along), along) for side in (-1, 1)
         )
         np.testing.assert_allclose(np.abs(change[:, axis]), np.abs(ahead - behind), rtol=1e-9, atol=1e-12)
+
+
+def test_the_horizontal_derivative_of_a_refracted_path_changes_by_the_given_rates():
+    """Central differences over 2 mm: of the component across the vertical plane of the path, and of that in it."""
+    scene = Scene(seabed={"depth": 30.0}, water=LAYERED)
+    layers, end, step = surface_water(scene, 1500.0, False, False), np.array([0.0, 0.0, 5.0]), 1e-3
+
+    def horizontal_gradient(north, east):
+        return np.array(_path_gradient(north, east, 28.0, end, layers)[:2])
+
+    across, in_plane = _path_gradient(25.0, 0.0, 28.0, end, layers)[3:5]
+    ahead = horizontal_gradient(25.0 + step, 0.0) - horizontal_gradient(25.0 - step, 0.0)
+    aside = horizontal_gradient(25.0, step) - horizontal_gradient(25.0, -step)
+    assert in_plane == pytest.approx(ahead[0] / (2 * step), rel=1e-4)
+    assert across == pytest.approx(aside[1] / (2 * step), rel=1e-4)
+    assert across > 1.2 * in_plane

@@ -16,7 +16,7 @@ from insonify.engines._terrain_diffraction_kernel import (
     diffract_over_crests,
     diffract_rising_rays,
     launch_horizon,
-    multiply_strongest,
+    multiply_strongest_crests,
     negligible_beyond,
     occlude_terrain_points,
     surely_unobstructed,
@@ -145,7 +145,7 @@ def strongest_crest_factor(horizon, last, blocking, ray):
     """Factor of the crest that changes one ray most."""
     left, candidates = np.ones(1, complex), CrestCandidates(np.empty(8 * CANDIDATES), np.empty(CANDIDATES, np.int64))
     count = add_candidates(horizon, last, blocking, ray, STEP, WAVELENGTH, candidates, 0)
-    multiply_strongest(candidates, count, WAVELENGTH, edge_diffraction_table(), left)
+    multiply_strongest_crests(candidates, count, WAVELENGTH, edge_diffraction_table(), left)
     return left[0]
 
 

@@ -1,6 +1,7 @@
-"""Kernels of the path from one position to another by a point of the terrain: its length and derivatives.
+"""Kernels of the specular points of terrain: length of the path between two ends by a point of it, and derivatives.
 
-Lengths in layered water are travel times times the speed at the surface. The terrain is a uniform cubic spline.
+Lengths in layered water are travel times times the sound speed at the mean sea surface. The terrain is a uniform cubic
+B-spline. In the names of second derivatives n, e and d stand for north, east and depth, so that ne is a mixed one.
 """
 
 import math
@@ -21,55 +22,59 @@ from insonify.propagation.layered_surface_path_kernel import (
 Floats = NDArray[np.float64]
 
 COLUMNS = 12
-"""Columns of a path by one point [1]."""
-LENGTH, NORTH, EAST = 0, 1, 2
-"""Columns of the path length [m] and of its derivatives by north and by east [1]."""
-CURVATURE, PLANE_CURVATURE = 3, 6
-"""First columns of the second derivatives by north twice, both, and east twice [1/m]: of the path by the terrain, and
-of that by its tangent plane."""
+"""Number of columns of a path by one point [1]."""
+LENGTH, BY_NORTH, BY_EAST = 0, 1, 2
+"""Columns of the path length [m], and of its derivatives along the terrain by north and by east [1]."""
+HESSIAN, PLANE_HESSIAN = 3, 6
+"""First of three columns of second derivatives of the path length, by north twice, by both, and by east twice [1/m]:
+along the terrain, and along its tangent plane at the point."""
 GRAZING_SINE, DEPTH, SECANT = 9, 10, 11
 """Columns of the sine of the grazing angle [1], the depth [m] and the secant of the terrain's slope [1]."""
 BLOCK_NODES = 4
 """Side of the blocks of nodes that are searched for changes of sign together [1]."""
 ROOT_NEIGHBOURHOOD = 0.01
-"""Distance to a stationary point that has been found, below which further steps lead there, in steps of nodes [1]."""
+"""Distance from a stationary point already found, below which Newton's method stops: it would find that point again
+[node spacings]."""
 NEWTON_STEPS = 8
-"""Steps towards a stationary point [1]."""
+"""Largest number of Newton steps to a stationary point [1]."""
 TABLE_STEP = 0.006
 """Spacing of tabulated rays, re the height of their end above the ground [1]."""
 
 
 class TerrainSpline(NamedTuple):
-    """Depth of a square of the terrain as a cubic spline over a lattice."""
+    """Depth of a square of the terrain as a uniform cubic B-spline over a lattice."""
 
     coefficients: Floats
-    """Coefficients of the nodes, and of others around them [m], (a, b)."""
+    """B-spline coefficients of the nodes, and of further nodes around them [m], (a, b)."""
     north: float
     """North of the first node [m]."""
     east: float
     """East of the first node [m]."""
     step: float
-    """Distance of the nodes [m]."""
+    """Node spacing [m]."""
     row: int = 0
-    """Row of the first node in `coefficients`."""
+    """Row of the first node in `coefficients` [1]."""
     column: int = 0
-    """Column of the first node in `coefficients`."""
+    """Column of the first node in `coefficients` [1]."""
 
 
 class PathEnds(NamedTuple):
-    """Ends of paths by the terrain, or their images, and the water between."""
+    """Both ends of the paths, or their images in the sea surface, and the water between.
+
+    The path length is symmetric in the ends; both lie above the terrain.
+    """
 
     begin: Floats
-    """North, east, depth [m], (3,)."""
+    """North, east, depth of the first end [m], (3,)."""
     stop: Floats
-    """North, east, depth [m], (3,)."""
+    """North, east, depth of the other end [m], (3,)."""
     water: SurfaceWater
     """The water; without knots, of one sound speed."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _weights(t: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
-    """Weights of four nodes at a fraction t from the second to the third; their first and second derivatives [1]."""
+def _b_spline_weights(t: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+    """Cubic B-spline weights of four nodes at a fraction t from the second to the third, and two derivatives."""
     s = 1 - t
     value = (s * s * s / 6, (3 * t - 6) * t * t / 6 + 2 / 3, (3 * s - 6) * s * s / 6 + 2 / 3, t * t * t / 6)
     first = (-s * s / 2, (1.5 * t - 2) * t, (2 - 1.5 * s) * s, t * t / 2)
@@ -85,8 +90,8 @@ def depth_derivatives(
     x, y = (north - terrain.north) * per_step, (east - terrain.east) * per_step
     a = min(max(math.floor(x) + terrain.row, 1), coefficients.shape[0] - 3)
     b = min(max(math.floor(y) + terrain.column, 1), coefficients.shape[1] - 3)
-    along, along1, along2 = _weights(x - (a - terrain.row))
-    across, across1, across2 = _weights(y - (b - terrain.column))
+    along, along1, along2 = _b_spline_weights(x - (a - terrain.row))
+    across, across1, across2 = _b_spline_weights(y - (b - terrain.column))
     depth = north1 = east1 = north2 = both = east2 = 0.0
     for i in range(4):
         row = row1 = row2 = 0.0
@@ -109,9 +114,13 @@ def depth_derivatives(
 def _path_gradient(
     north: float, east: float, depth: float, end: Floats, water: SurfaceWater
 ) -> tuple[float, float, float, float, float, float]:
-    """Gradient of the length from an end to a point below it [1], slopes of the distance [1/m], and the length [m].
+    """Gradient of the path length from an end to a point below it, change of its horizontal part, and the length.
 
-    The slopes are those of the horizontal part of the gradient across and along the path.
+    Returns:
+        Derivatives of the length by north, east and depth of the point [1]; change of the horizontal part of that
+        gradient per metre perpendicular to the vertical plane of the path, and in that plane [1/m]; the length [m]. In
+        water of one speed both changes are given as 1 / length, to which `_second_derivatives` applies the direction.
+        NaN where no ray reaches the point.
     """
     x, y, z = north - end[0], east - end[1], depth - end[2]
     if water.depth.size == 0:
@@ -133,7 +142,13 @@ def _path_gradient(
 def _second_derivatives(
     gradient: tuple[float, float, float, float, float, float], depth: float, water: SurfaceWater
 ) -> tuple[float, float, float, float, float, float]:
-    """Second derivatives of the length of `_path_gradient` by north, east and depth: nn, ne, ee, nd, ed, dd [1/m]."""
+    """Second derivatives of the path length by north, east and depth: nn, ne, ee, nd, ed, dd [1/m].
+
+    Args:
+        gradient: From `_path_gradient`.
+        depth: Depth of the point [m].
+        water: The water.
+    """
     n, e, d, per, bend, _ = gradient
     if water.depth.size == 0:
         return (1 - n * n) * per, -n * e * per, (1 - e * e) * per, -n * d * per, -e * d * per, (1 - d * d) * per
@@ -150,7 +165,7 @@ def _second_derivatives(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds) -> tuple[float, ...]:
-    """Columns of the path by one point, from `LENGTH` to `SECANT`."""
+    """Path between both ends by the point of the terrain at a position [m]: columns from `LENGTH` to `SECANT`."""
     depth, north1, east1, north2, both, east2 = depth_derivatives(north, east, terrain)
     length = total_north = total_east = down = plane_nn = plane_ne = plane_ee = 0.0
     for end in (ends.begin, ends.stop):
@@ -174,7 +189,7 @@ def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds) -> 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _principal_curvatures(nn: float, ne: float, ee: float) -> tuple[float, float, float, float]:
-    """Smaller and larger eigenvalue of a symmetric matrix of second derivatives; the larger one's unit vector.
+    """Smaller and larger eigenvalue of a symmetric matrix ((nn, ne), (ne, ee)); unit eigenvector of the larger.
 
     Source: the plane rotation of LAPACK's dlaev2, exact to rounding.
     """
@@ -208,20 +223,21 @@ def _principal_curvatures(nn: float, ne: float, ee: float) -> tuple[float, float
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def curved_paths(
+def paths_with_curvature(
     positions: Floats, terrain: TerrainSpline, ends: PathEnds, reach: float
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Paths by n stationary points, and how the path length bends about each.
+    """Paths by n points, and the principal curvatures of the path length about each, with their change.
 
     Args:
-        positions: North, east [m], (n, 2).
+        positions: North, east of the points [m], (n, 2).
         terrain: Depth of the terrain.
         ends: Ends of the paths.
-        reach: Distance to either side within which the curvature changes evenly [m].
+        reach: Step to either side of a point by which the second derivative is differenced [m].
 
     Returns:
         North, east, depth [m], (n, 3); columns from `LENGTH` to `SECANT`, (n, COLUMNS); smaller and larger principal
-        curvature [1/m], (n, 2); difference of the second derivative along each, ahead and behind [1/m], (n, 2).
+        curvature [1/m], (n, 2); second derivative along each principal axis, a step ahead less a step behind, 2 `reach`
+        times the third derivative [1/m], (n, 2).
     """
     rows, curvature = np.empty((len(positions), COLUMNS)), np.empty((len(positions), 2))
     points, change = np.empty((len(positions), 3)), np.zeros((len(positions), 2))
@@ -231,13 +247,13 @@ def curved_paths(
         for column in range(COLUMNS):
             rows[n, column] = path[column]
         points[n, 0], points[n, 1], points[n, 2] = north, east, path[DEPTH]
-        low, high, cosine, sine = _principal_curvatures(path[CURVATURE], path[CURVATURE + 1], path[CURVATURE + 2])
+        low, high, cosine, sine = _principal_curvatures(path[HESSIAN], path[HESSIAN + 1], path[HESSIAN + 2])
         curvature[n, 0], curvature[n, 1] = low, high
         for axis in range(2):
             a, b = (-sine, cosine) if axis == 0 else (cosine, sine)
             for side in (-1.0, 1.0):
                 moved = _path(north + side * reach * a, east + side * reach * b, terrain, ends)
-                nn, ne, ee = moved[CURVATURE], moved[CURVATURE + 1], moved[CURVATURE + 2]
+                nn, ne, ee = moved[HESSIAN], moved[HESSIAN + 1], moved[HESSIAN + 2]
                 change[n, axis] += side * (a * nn * a + a * ne * b + b * ne * a + b * ee * b)
     return points, rows, curvature, change
 
@@ -246,15 +262,15 @@ def curved_paths(
 def nodes_of_sign_changes(
     depth: Floats, shape: tuple[int, int], margin: int, terrain: TerrainSpline, ends: PathEnds, reach: int
 ) -> Floats:
-    """Nodes about which both components of the gradient of the path length change sign, see `changes_sign`.
+    """Nodes about which both components of the gradient of the path length change sign, see `mark_sign_changes`.
 
     Args:
         depth: See `gradients_at_nodes`.
-        shape: Number of nodes along both axes.
-        margin: Nodes along each edge that are left out.
+        shape: Number of nodes along north and along east, those of the margin included.
+        margin: Number of nodes along each edge that are left out.
         terrain: Depth of the terrain.
         ends: Ends of the paths.
-        reach: Nodes to either side [1].
+        reach: Largest distance from a node of those searched for a change of sign [nodes].
 
     Returns:
         North, east [m], (n, 2).
@@ -262,7 +278,7 @@ def nodes_of_sign_changes(
     rows, columns = shape[0] - 2 * margin, shape[1] - 2 * margin
     gradient, is_marked = np.empty((2, rows, columns)), np.empty((rows, columns), np.bool_)
     gradients_at_nodes(depth, margin, terrain, ends, gradient)
-    changes_sign(gradient, reach, is_marked)
+    mark_sign_changes(gradient, reach, is_marked)
     positions, n = np.empty((is_marked.sum(), 2)), 0
     for i in range(rows):
         for j in range(columns):
@@ -278,11 +294,12 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
     """Gradient of the length of the path between two ends by each node of the terrain's lattice.
 
     Args:
-        depth: Depth of the nodes of the terrain's coefficients [m], (a, b).
-        margin: Nodes left out before the first, at least 1.
+        depth: Depth at the nodes of `terrain.coefficients` [m], (a, b).
+        margin: Number of nodes left out along the low edges, at least 1: the spline's slopes use neighbours.
         terrain: Depth of the terrain.
         ends: Ends of the paths.
-        gradient: Result: derivative by north and by east [1], (2, any, any).
+        gradient: Result: derivatives along the terrain by north and by east [1], (2, rows, columns); its shape sets
+            the number of nodes.
     """
     is_homogeneous, shape = ends.water.depth.size == 0, gradient.shape[1:]
     path_gradient, tables = np.zeros((3, shape[1])), (_no_table(), _no_table())
@@ -304,7 +321,7 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
                 _add_straight_gradients(row, north, first_east, terrain.step, end, path_gradient)
             else:
                 _add_refracted_gradients(row, north, first_east, terrain.step, end, ends.water, table, path_gradient)
-        _add_slopes(terrain, a, margin, path_gradient, gradient[0, i], gradient[1, i])
+        _write_terrain_gradient(terrain, a, margin, path_gradient, gradient[0, i], gradient[1, i])
 
 
 class _SlownessTable(NamedTuple):
@@ -399,7 +416,16 @@ def _add_refracted_gradients(
 def _add_straight_gradients(
     depth: Floats, north: float, first_east: float, step: float, end: Floats, path_gradient: Floats
 ) -> None:
-    """Add the gradients of straight paths from an end to a row of nodes, by north, east and depth [1], (3, n)."""
+    """Add the gradients of straight paths from an end to a row of nodes to `path_gradient`.
+
+    Args:
+        depth: Depths of the nodes [m], (n,).
+        north: North of the row [m].
+        first_east: East of its first node [m].
+        step: Node spacing [m].
+        end: North, east, depth of the end [m], (3,).
+        path_gradient: Changed: derivatives by north, east and depth [1], (3, n).
+    """
     by_north, by_east, by_depth = path_gradient[0], path_gradient[1], path_gradient[2]
     x, first, down = north - end[0], first_east - end[1], end[2]
     for j in range(depth.size):
@@ -411,10 +437,21 @@ def _add_straight_gradients(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add_slopes(
+def _write_terrain_gradient(
     terrain: TerrainSpline, row: int, margin: int, path_gradient: Floats, by_north: Floats, by_east: Floats
 ) -> None:
-    """Write the gradient over the ground at a row of its nodes: horizontal, and vertical times the slopes [1], (n,)."""
+    """Write the derivatives of the path length along the terrain at a row of nodes.
+
+    Chain rule: horizontal derivative plus derivative by depth times the slope of the B-spline at the node.
+
+    Args:
+        terrain: Depth of the terrain.
+        row: Row of the nodes, in steps from the first node.
+        margin: Column of the first of them, in steps from the first node.
+        path_gradient: Derivatives by north, east and depth [1], (3, n).
+        by_north: Result [1], (n,).
+        by_east: Result [1], (n,).
+    """
     half, before, middle = 1 / (12 * terrain.step), terrain.column + margin - 1, terrain.row + row
     low, same, high = terrain.coefficients[middle - 1], terrain.coefficients[middle], terrain.coefficients[middle + 1]
     low, same, high = low[before:], same[before:], high[before:]
@@ -426,16 +463,16 @@ def _add_slopes(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def changes_sign(gradient: Floats, reach: int, result: NDArray[np.bool_]) -> None:
+def mark_sign_changes(gradient: Floats, reach: int, result: NDArray[np.bool_]) -> None:
     """Mark nodes about which both components of a gradient pass through zero.
 
-    The range of either component over the nodes at most `reach` away is widened by a quarter on both sides, for a root
-    between nodes of one sign. Unknown components are left out.
+    A component passes through zero where its range over the nodes at most `reach` away includes zero. The range is
+    widened by a quarter of itself on both sides, for a zero between nodes of one sign. NaN components are left out.
 
     Args:
         gradient: Both components [1], (2, a, b).
-        reach: Nodes to either side.
-        result: Filled, (a, b).
+        reach: Distance, in nodes, within which the range is taken.
+        result: Filled with True for marked nodes, (a, b).
     """
     _, rows, columns = gradient.shape
     low, high = np.empty((2, columns)), np.empty((2, columns))
@@ -470,7 +507,7 @@ def _both_pass_zero(gradient: Floats, row: int, column: int, reach: int) -> bool
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _passes_zero(lowest: Floats, highest: Floats) -> bool:
-    """Return True if the range from the least of some values to the greatest of others, widened, includes zero."""
+    """Return True if the range from the least of `lowest` to the greatest of `highest`, widened, includes zero."""
     low, high = math.inf, -math.inf
     for j in range(lowest.size):
         low, high = min(low, lowest[j]), max(high, highest[j])
@@ -479,7 +516,7 @@ def _passes_zero(lowest: Floats, highest: Floats) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _widen_range(values: Floats, low: Floats, high: Floats) -> None:
-    """Widen ranges to include a value each; those that are not numbers change nothing."""
+    """Widen each range from `low` to `high` to include one value; a NaN changes nothing. All arrays (n,)."""
     for j in range(low.size):
         low[j] = values[j] if values[j] < low[j] else low[j]
         high[j] = values[j] if values[j] > high[j] else high[j]
@@ -487,11 +524,11 @@ def _widen_range(values: Floats, low: Floats, high: Floats) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
-    """Stationary points of the path length by Newton's method, each once, (m, 2).
+    """Stationary points of the path length by Newton's method, each once: north, east [m], (m, 2).
 
     Args:
-        starts: North, east [m], replaced, (n, 2).
-        terrain: Depth of the terrain; the starts are a step apart.
+        starts: North, east at which the search starts, one node spacing apart [m], overwritten, (n, 2).
+        terrain: Depth of the terrain.
         ends: Ends of the paths.
     """
     converged, found, count = np.zeros(len(starts), np.bool_), np.empty((len(starts), 2)), 0
@@ -500,25 +537,25 @@ def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds) ->
         north, east = starts[n, 0], starts[n, 1]
         for number in range(NEWTON_STEPS + 1):
             path = _path(north, east, terrain, ends)
-            g, h, nn, ne, ee = path[NORTH], path[EAST], path[CURVATURE], path[CURVATURE + 1], path[CURVATURE + 2]
+            g, h, nn, ne, ee = path[BY_NORTH], path[BY_EAST], path[HESSIAN], path[HESSIAN + 1], path[HESSIAN + 2]
             determinant = nn * ee - ne * ne
             is_last = number == NEWTON_STEPS
             if not (is_last or abs(determinant) > 1e-12):
                 break
-            move, aside = (ne * h - ee * g) / determinant, (ne * g - nn * h) / determinant
-            strayed = math.hypot(north + move - starts[n, 0], east + aside - starts[n, 1]) > 2 * step
-            early = number < NEWTON_STEPS // 2
+            step_north, step_east = (ne * h - ee * g) / determinant, (ne * g - nn * h) / determinant
+            is_far = math.hypot(north + step_north - starts[n, 0], east + step_east - starts[n, 1]) > 2 * step
+            is_early = number < NEWTON_STEPS // 2
             is_close = math.hypot(g, h) < 4 * step * max(abs(nn), abs(ne), abs(ee))
-            if strayed and not (is_last or (early and is_close)):
+            if is_far and not (is_last or (is_early and is_close)):
                 break
-            size = math.hypot(move, aside)
-            part = step / size if early and size > step else 1.0  # starts beside a caustic need more than one step
-            to_north, to_east = north + part * move, east + part * aside
-            # at rest, further steps would not move it either
-            if is_last or (not strayed and to_north == north and to_east == east):
+            size = math.hypot(step_north, step_east)
+            part = step / size if is_early and size > step else 1.0  # starts beside a caustic need more than one step
+            next_north, next_east = north + part * step_north, east + part * step_east
+            # at a fixed point, further steps would not move it either
+            if is_last or (not is_far and next_north == north and next_east == east):
                 converged[n] = math.hypot(g, h) < 1e-7
                 break
-            north, east = to_north, to_east
+            north, east = next_north, next_east
             if is_near_any(north, east, found[:count], ROOT_NEIGHBOURHOOD * step):
                 break
         if converged[n]:
@@ -529,7 +566,7 @@ def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds) ->
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_near_any(north: float, east: float, positions: Floats, distance: float) -> bool:
-    """Return True if some positions (n, 2) lie no farther than a distance from a point [m]."""
+    """Return True if any of some positions (n, 2) [m] lies no farther than a distance [m] from a point."""
     near = False
     for k in range(positions.shape[0]):
         near |= math.hypot(north - positions[k, 0], east - positions[k, 1]) <= distance
@@ -538,11 +575,11 @@ def is_near_any(north: float, east: float, positions: Floats, distance: float) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def keep_distinct(positions: Floats, converged: NDArray[np.bool_], min_separation: float) -> int:
-    """Move the positions that have converged to the front, without those that repeat an earlier one; their number.
+    """Move the converged positions to the front, without those that repeat an earlier one, and return their number.
 
     Args:
-        positions: North, east [m], replaced, (n, 2).
-        converged: True for those that are kept, (n,).
+        positions: North, east [m], overwritten, (n, 2).
+        converged: True for converged positions, (n,).
         min_separation: Distance below which two are the same [m].
     """
     count = 0

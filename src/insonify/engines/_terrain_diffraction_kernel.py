@@ -1,7 +1,11 @@
 """Crests of the seabed along lines, and diffraction over them. Plain numbers and arrays only.
 
-A crest is terrain behind which terrain lies hidden. It acts as a knife edge, less so the shallower the hollow behind
-it: one that is shallow against a Fresnel zone is filled by diffraction, and its rim takes nothing.
+A crest is terrain that hides terrain behind it. It acts as a knife edge, with a weight that falls with the depth of the
+hollow behind it: a hollow that is shallow against a Fresnel zone causes no diffraction loss, see
+`insonify.propagation.knife_edge_kernel.crest_diffraction_factor`.
+
+Sample j of a line lies (j + 1) steps from the sonar. Of two rays that descend, the one of smaller launch slope passes
+above the other; of two that rise from a bounce, the one of greater.
 """
 
 import math
@@ -26,53 +30,57 @@ Integers = NDArray[np.int64]
 Rows = NDArray[np.int32]
 
 MAX_CRESTS = 4
-"""Largest number of crests before a point that are evaluated, from the last one back."""
+"""Largest number of crests before a point that are evaluated, from the last one back to the sonar."""
 
 CREST = np.dtype(
     [("sample", "i4"), ("launch_slope", "f4"), ("trough_depth", "f4"), ("negligible_beyond", "f4")],
 )
-"""One crest: its sample; the launch slope of the ray that touches it; the greatest depth of the terrain behind it below
-that ray [m]; the distance from which on the crest does not matter, see `negligible_beyond` [m]."""
+"""One crest: its sample; the launch slope of the ray that touches it [1]; the greatest depth of the terrain behind it
+below that ray [m]; the distance from which on it has no effect on clear rays, see `negligible_beyond` [m]."""
 
 CANDIDATES = 128
-"""Crests that are evaluated together."""
+"""Capacity of the arrays of crests that are evaluated together [1]."""
 _HEIGHT, _TROUGH, _BEHIND, _LENGTH, _NUMBER, _EXPONENT, _REAL, _IMAG = (np.uint64(k * CANDIDATES) for k in range(8))
-"""Columns of the candidates: height of each crest above its ray, depth of the hollow behind it, distance from it to the
-end of the leg, length of the leg [m]; its Fresnel number, exponent of its weight, and factor [1]."""
+"""Offsets of the columns of `CrestCandidates`: height of each crest above its ray (negative below it), depth of the
+hollow behind it, distance from it to the end of the leg, length of the leg [m]; its Fresnel number, exponent of its
+weight, and real and imaginary part of its factor [1]."""
 RAYS_AHEAD = 12
-"""Rays between the one that is evaluated and the one whose samples are prefetched."""
+"""Number of rays between the one that is evaluated and the one whose samples are prefetched [1]."""
 NEGLIGIBLE_CHANGE = 1e-3
-"""Largest change of the pressure by a crest that is neglected: 60 dB below what passes it [1]."""
+"""Largest change of the pressure by a crest that is neglected: 60 dB below the pressure that passes it [1]."""
 
 
 class LaunchHorizon(NamedTuple):
     """Launch horizon along some lines, see `launch_horizon`."""
 
     launch_slope: Floats
-    """Launch slope of the ray that reaches the seabed at each sample, shape (lines, samples)."""
+    """Launch slope of the ray that reaches the seabed at each sample [1], shape (lines, samples)."""
     horizon: Floats
-    """Smallest launch slope up to each sample; of rays that rise, the largest from it on, shape (lines, samples)."""
+    """Smallest launch slope up to each sample; of rays that rise, largest from it on [1], shape (lines, samples)."""
     last_crest: Rows
     """Number of the last crest up to each sample, -1 for none, shape (lines, samples)."""
     crests: NDArray[Any]
-    """`CREST` in the order in which the profile is processed, shape (lines, crests)."""
+    """Crests, dtype `CREST`, in the order in which the profile is processed, shape (lines, crests)."""
 
 
 class LineRays(NamedTuple):
-    """Rays over the seabed of some lines, to some of n points."""
+    """Rays over the seabed of some lines, to m of n points.
 
-    rows: Integers
-    """Line of each point, (points,)."""
+    The columns of the points have n rows; `points` selects m of them.
+    """
+
+    lines: Integers
+    """Line of each selected point, (m,)."""
     points: Integers
-    """Indices of the points, (points,)."""
+    """Indices of the selected points, (m,)."""
     launch_slope: Floats
-    """Launch slopes of the rays; not read where they end on the seabed, (n,)."""
+    """Launch slopes of the rays [1], (n,); `occlude_terrain_points` does not read them."""
     distance: Floats
-    """Horizontal length of the whole leg [m], (n,)."""
+    """Horizontal length of the whole leg, for the Fresnel zone [m], (n,)."""
     visible: NDArray[np.bool_]
-    """False where the seabed hides the point, (n,)."""
+    """False where the seabed hides the point, (n,); set, or read, as the function states."""
     diffraction_factor: Complexes
-    """Product of the factors of crests on the pressure [1], (n,)."""
+    """Product of the diffraction factors of crests on the pressure [1], (n,); multiplied in place."""
 
 
 class CrestRay(NamedTuple):
@@ -83,33 +91,33 @@ class CrestRay(NamedTuple):
     point: int
     """Index of the point that it reaches."""
     sign: float
-    """1 for rays that come down on the seabed, -1 for those that rise."""
+    """1 for rays that descend to the seabed, -1 for those that rise from a bounce [1]."""
     launch_slope: float
-    """Launch slope of the ray."""
+    """Launch slope of the ray [1]."""
     end_sample: float
-    """Sample at which the ray ends; crests from it on do not matter."""
+    """Sample at which the ray ends; crests from it on are left out."""
     distance: float
     """Horizontal length of the whole leg [m]."""
 
 
 class CrestCandidates(NamedTuple):
-    """Crests that may change rays, those of one ray together."""
+    """Crests that may change the pressure of rays, those of one ray together."""
 
     columns: Floats
-    """See `_HEIGHT` and those after it, one column after the other, (8 * CANDIDATES,)."""
+    """Columns from `_HEIGHT` on, one after the other, (8 * CANDIDATES,)."""
     points: Integers
     """Index of the point that each one's ray reaches, (CANDIDATES,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def launch_horizon(launch_slope: Floats, distance: Floats, rising: bool, wavelength: float) -> LaunchHorizon:
-    """Launch horizon along lines, and crests: samples at which it stops sinking, with the depth of the hollows behind.
+    """Launch horizon along lines, and crests: samples at which it stops falling, with the depth of the hollows behind.
 
     Args:
-        launch_slope: Launch slope of the ray that reaches the seabed at each sample, (s, n); where none does, it is set
-            to one that hides nothing.
-        distance: Distances of the samples, evenly from the first on [m], (n,).
-        rising: True if rays rise from a bounce: profiles are then processed inwards, and terrain above a ray occludes.
+        launch_slope: Launch slope of the ray that reaches the seabed at each sample [1], (lines, samples); NaN and
+            infinity are overwritten by a slope that hides nothing.
+        distance: Distances of the samples, evenly spaced from one step on [m], (samples,).
+        rising: True if rays rise from a bounce; a profile is then processed inwards, with slopes of opposite sign.
         wavelength: Acoustic wavelength [m].
     """
     lines, count = launch_slope.shape
@@ -145,14 +153,14 @@ def launch_horizon(launch_slope: Floats, distance: Floats, rising: bool, wavelen
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def negligible_beyond(distance: float, trough_depth: float, wavelength: float) -> float:
-    """Horizontal distance from which on a crest changes rays that clear it by less than `NEGLIGIBLE_CHANGE` [m].
+    """Length of a leg beyond which a crest changes no clear ray by more than `NEGLIGIBLE_CHANGE`, horizontal [m].
 
-    The hollow behind it is too shallow for the Fresnel zone, however near it a ray passes, see
+    The hollow behind it is then shallow against the Fresnel zone, for any clear ray, see
     `insonify.propagation.knife_edge_kernel.crest_is_negligible`.
 
     Args:
-        distance: Distance of the crest [m].
-        trough_depth: Depth of the hollow [m].
+        distance: Horizontal distance of the crest from the sonar [m].
+        trough_depth: Depth of the hollow behind it [m].
         wavelength: Acoustic wavelength [m].
     """
     # the change is negligible while 1 / distance before + 1 / distance behind stays below the first term
@@ -165,13 +173,16 @@ def negligible_beyond(distance: float, trough_depth: float, wavelength: float) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step: int) -> bool:
-    """Return True if launch angles from an image of the sonar surely steepen with distance: no terrain is hidden.
+    """Return True if no terrain is hidden from straight rays: the launch slope surely falls from sample to sample.
+
+    The ray to a sample cuts nearer terrain of smaller launch slope. False where the depth is unknown, or the terrain is
+    not below the image.
 
     Args:
-        depth: Depth of the seabed at the samples [m], (s, n).
-        distance: Distances of the samples [m], (n,).
-        image: Depth of the image [m]; terrain above it is not evaluated.
-        step: Samples that are tested before the result so far is evaluated.
+        depth: Depth of the seabed at the samples [m], (lines, samples).
+        distance: Distances of the samples [m], (samples,).
+        image: Depth of the image of the sonar from which the rays are straight [m].
+        step: Number of samples that are tested before the loop may end early.
     """
     rounding_margin = np.float32(1 + 1e-6)  # above the rounding error of a product or a quotient
     for s in range(depth.shape[0]):
@@ -179,13 +190,11 @@ def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step
             end = min(first + step, depth.shape[1] - 1)
             near_depth, far_depth = depth[s, first:end], depth[s, first + 1 : end + 1]
             near_distance, far_distance = distance[first:end], distance[first + 1 : end + 1]
-            steepens = 0
+            falls = 0
             for k in range(near_distance.size):  # NaN where the depth is unknown: then nothing is certain
                 near, far = near_depth[k] - image, far_depth[k] - image
-                steepens += (
-                    (far * near_distance[k] * rounding_margin <= near * far_distance[k]) & (near > 0) & (far > 0)
-                )
-            if steepens < near_distance.size:
+                falls += (far * near_distance[k] * rounding_margin <= near * far_distance[k]) & (near > 0) & (far > 0)
+            if falls < near_distance.size:
                 return False
     return True
 
@@ -194,20 +203,22 @@ def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step
 def occlude_terrain_points(
     horizon: LaunchHorizon, step: float, rays: LineRays, reach: Floats, wavelength: float, table: Complexes, soft: bool
 ) -> None:
-    """Mark points of the seabed that it hides, and multiply `rays.diffraction_factor` by those of crests before them.
+    """Set `rays.visible` False for points of the seabed that it hides; multiply the factors of crests before them.
+
+    Crests are those over which sound is diffracted. The launch slope to a point follows from the seabed of its line,
+    linearly between samples, so `rays.launch_slope` is not read.
 
     Args:
         horizon: Launch horizon along the lines.
-        step: Distance of samples [m].
-        rays: The rays, of whichever launch slope: they end on the seabed of the lines, to which the slope is linear
-            between samples.
-        reach: Distance [m] at which they do, (all,).
+        step: Distance between samples [m].
+        rays: The rays; all end on the seabed of their lines.
+        reach: Horizontal distance at which each ends [m], (n,).
         wavelength: Acoustic wavelength [m].
-        table: See `insonify.propagation.knife_edge_kernel.edge_diffraction`.
-        soft: True if sound is diffracted over crests.
+        table: Table of the field of a half plane, see `insonify.propagation.knife_edge_kernel.edge_diffraction`.
+        soft: True: evaluate diffraction over crests; False: mark hidden points alone.
     """
     terrain_slope, _, last_crest, crests = horizon
-    rows, points, _, distance, visible, factor = rays
+    lines, points, _, distance, visible, factor = rays
     last, per_step, count = terrain_slope.shape[1] - 2, 1 / step, 0
     candidates = CrestCandidates(np.empty(8 * CANDIDATES), np.empty(CANDIDATES, np.int64))
     width = np.uint64(terrain_slope.shape[1])
@@ -215,10 +226,10 @@ def occlude_terrain_points(
     for m in range(points.size):
         ahead = min(m + RAYS_AHEAD, points.size - 1)
         sample = min(max(reach[points[ahead]] * per_step - 1.0, 0.0), float(last))
-        at = np.uint64(rows[ahead]) * width + np.uint64(sample)
+        at = np.uint64(lines[ahead]) * width + np.uint64(sample)
         prefetch(flat_slope, at)
         prefetch(flat_crest, at)
-        n, s = points[m], rows[m]
+        n, s = points[m], lines[m]
         steps = min(reach[n] * per_step, last + 2.0)
         k = min(int(steps) - 1, last)
         if k < 0:
@@ -232,40 +243,40 @@ def occlude_terrain_points(
             ray = CrestRay(s, n, 1.0, slope, ENDLESS, distance[n])
             count = add_candidates(horizon, crest, -1, ray, step, wavelength, candidates, count)
             if count > CANDIDATES - MAX_CRESTS:
-                multiply_strongest(candidates, count, wavelength, table, factor)
+                multiply_strongest_crests(candidates, count, wavelength, table, factor)
                 count = 0
-    multiply_strongest(candidates, count, wavelength, table, factor)
+    multiply_strongest_crests(candidates, count, wavelength, table, factor)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def diffract_over_crests(
     horizon: LaunchHorizon, step: float, rays: LineRays, reach: Floats, wavelength: float, table: Complexes
 ) -> None:
-    """Multiply `rays.diffraction_factor` by those of crests below rays that do not end on the seabed of the lines.
+    """Multiply `rays.diffraction_factor` by those of crests that rays pass before a point off the seabed of the lines.
 
     Args:
         horizon: Launch horizon along the lines.
-        step: Distance of samples [m].
-        rays: The rays.
-        reach: Distance [m] up to which the seabed can cut, (all,).
+        step: Distance between samples [m].
+        rays: The rays; `visible` is not used.
+        reach: Horizontal distance up to which the seabed can cut the ray [m], (n,).
         wavelength: Acoustic wavelength [m].
         table: See `occlude_terrain_points`.
     """
     terrain_slope, lowest, last_crest, _ = horizon
-    rows, points, launch_slope, distance, _, factor = rays
+    lines, points, launch_slope, distance, _, factor = rays
     last, per_step = terrain_slope.shape[1] - 2, 1 / step
     candidates = CrestCandidates(np.empty(8 * CANDIDATES), np.empty(CANDIDATES, np.int64))
     for m in range(points.size):
-        n, s = points[m], rows[m]
+        n, s = points[m], lines[m]
         k = min(int(min(reach[n] * per_step, last + 2.0)) - 1, last)
         if k < 0:
             continue
         slope, blocking_sample = float(launch_slope[n]), -1
         if slope > lowest[s, k] and terrain_slope[s, k] <= lowest[s, k]:
-            blocking_sample = k  # it dips into ground that still rises
+            blocking_sample = k  # the ray ends below terrain that is still rising
         ray = CrestRay(s, n, 1.0, slope, ENDLESS, distance[n])
         count = add_candidates(horizon, last_crest[s, k], blocking_sample, ray, step, wavelength, candidates, 0)
-        multiply_strongest(candidates, count, wavelength, table, factor)
+        multiply_strongest_crests(candidates, count, wavelength, table, factor)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -273,31 +284,31 @@ def diffract_rising_rays(
     horizon: LaunchHorizon, step: float, rays: LineRays, start: Floats, stop: Floats, wavelength: float,
     table: Complexes,
 ) -> None:  # fmt: skip
-    """Multiply `rays.diffraction_factor` by those of crests above rays that rise from a bounce.
+    """Multiply `rays.diffraction_factor` by those of crests that rays pass as they rise from a bounce.
 
     Args:
-        horizon: Launch horizon along the lines.
-        step: Distance of samples [m].
-        rays: The rays, with True in `visible` if this segment of each clears the seabed.
-        start: Distance in steps from which the ray is tested, (all,).
-        stop: Distance in steps at which it ends, (all,).
+        horizon: Launch horizon along the lines, of rays that rise.
+        step: Distance between samples [m].
+        rays: The rays; `visible` is True where this segment of the ray clears the seabed.
+        start: Horizontal distance from which the ray is tested [steps], (n,).
+        stop: Horizontal distance at which it ends [steps], (n,).
         wavelength: Acoustic wavelength [m].
         table: See `occlude_terrain_points`.
     """
     terrain_slope, last_crest = horizon.launch_slope, horizon.last_crest
-    rows, points, launch_slope, distance, visible, factor = rays
+    lines, points, launch_slope, distance, visible, factor = rays
     candidates = CrestCandidates(np.empty(8 * CANDIDATES), np.empty(CANDIDATES, np.int64))
     for m in range(points.size):
-        n, s = points[m], rows[m]
+        n, s = points[m], lines[m]
         first, end = max(math.ceil(start[n]) - 1, 0), min(math.floor(stop[n]), terrain_slope.shape[1])
         if first >= end:
             continue
         slope, blocking_sample = float(launch_slope[n]), -1
         if not visible[n] and terrain_slope[s, first] > slope:
-            blocking_sample = first  # it rises out of the seabed itself
+            blocking_sample = first  # the ray starts below the terrain at the bounce
         ray = CrestRay(s, n, -1.0, slope, float(end), distance[n])
         count = add_candidates(horizon, last_crest[s, first], blocking_sample, ray, step, wavelength, candidates, 0)
-        multiply_strongest(candidates, count, wavelength, table, factor)
+        multiply_strongest_crests(candidates, count, wavelength, table, factor)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -305,17 +316,17 @@ def add_candidates(
     horizon: LaunchHorizon, last: int, blocking_sample: int, ray: CrestRay, step: float, wavelength: float,
     candidates: CrestCandidates, count: int,
 ) -> int:  # fmt: skip
-    """Add the crests that may change one ray to the candidates; returns their new number.
+    """Add the crests that may change one ray to the candidates, and return their new number.
 
     Args:
         horizon: Launch horizon along the lines.
-        last: Number of the first crest to evaluate, -1 for none.
-        blocking_sample: Sample of terrain that cuts without being a crest, -1 for none.
+        last: Number of the crest nearest to the point, -1 for none; up to `MAX_CRESTS` from it back are added.
+        blocking_sample: Sample of terrain that cuts the ray without being a crest, -1 for none.
         ray: The ray.
-        step: Distance of samples [m].
+        step: Distance between samples [m].
         wavelength: Acoustic wavelength [m].
-        candidates: Result.
-        count: Number of candidates before.
+        candidates: Changed: the crests are appended.
+        count: Number of candidates before the call.
     """
     crests, (columns, points) = horizon.crests, candidates
     s, point, sign, slope, end_sample, distance = ray
@@ -350,7 +361,7 @@ def add_candidates(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def multiply_strongest(
+def multiply_strongest_crests(
     candidates: CrestCandidates, count: int, wavelength: float, table: Complexes, factor: Complexes
 ) -> None:
     """Multiply the factor of each ray by that of the crest among its candidates that changes it most.
@@ -358,11 +369,11 @@ def multiply_strongest(
     Factors are those of `insonify.propagation.knife_edge_kernel.crest_diffraction_factor`, computed column by column.
 
     Args:
-        candidates: From `add_candidates`; further columns are overwritten.
+        candidates: From `add_candidates`; the columns from `_NUMBER` on are overwritten.
         count: Number of candidates.
         wavelength: Acoustic wavelength [m].
         table: See `occlude_terrain_points`.
-        factor: Changed, (n,).
+        factor: Pressure factor of each point [1], multiplied in place, (n,).
     """
     columns, points = candidates
     for i in range(np.uint64(count)):

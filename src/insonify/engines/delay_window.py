@@ -73,7 +73,7 @@ def in_delay_window(
             down = scatterers.position[:, 2] - image_depth(family, float(position[2]), scene.seabed.depth)
             bounces = 0 if family == "D" else len(family)
             np.maximum(longest, np.hypot(flat, down) + 2 * bounces * (rise + BOUNCE_EXCESS_LENGTH), out=longest)
-        longest += 2 * max((max(float(face.height_of(position)), 0.0) for face in faces), default=0.0)
+        longest += 2 * max((max(float(face.signed_distance(position)), 0.0) for face in faces), default=0.0)
         nearest += np.linalg.norm(scatterers.position - position, axis=1)
         farthest += longest
     earliest = MIN_TRAVEL_TIME_RATIO * nearest / scene.water.max_sound_speed - ping_geometry.delay_margin

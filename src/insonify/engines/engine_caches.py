@@ -1,4 +1,7 @@
-"""Caches of an eigenray engine: results of the last pings, which sides, sound and labels have in common."""
+"""Caches of an eigenray engine: results of the last pings.
+
+Sides of one ping, and its pressure, intensity and labels, use the same occlusion, echoes and points.
+"""
 
 from dataclasses import dataclass, field
 
@@ -11,30 +14,32 @@ from insonify.scene.drawn_tiles import DrawnTiles
 from insonify.scene.terrain.array_cache import ArrayCache
 
 PINGS = 8
-"""Pings whose terrain occlusion, boundary echoes and received targets are kept."""
+"""Largest number of terrain occlusions, boundary echoes and sets of received targets: those of a few pings, for both
+ends and sides [1]."""
 PATHS = 64
-"""Paths whose specular points are kept: those of a ping on each thread."""
+"""Largest number of paths whose specular points are kept: those of one ping on each thread [1]."""
 BOUNDARIES = 4
-"""Boundaries whose scatterers are kept, random ones and those of expectations."""
-FRACTION_BYTES = 1 << 20
-"""Memory of the energy fractions [bytes]."""
+"""Largest number of boundaries whose scatterers are kept: seabed and surface, each with random scatterers and with
+quadrature points [1]."""
+ENERGY_FRACTION_BYTES = 1 << 20
+"""Largest memory of the energy fractions [bytes]."""
 
 
 @dataclass(frozen=True)
 class EngineCaches:
-    """Results of the last pings."""
+    """Results of the last pings, by the parameters on which they depend."""
 
     terrain_occlusion: RecentResults[TerrainOcclusion] = field(default_factory=lambda: RecentResults(PINGS))
-    """Terrain occlusion, by the positions of the sonar's ends."""
-    energy_fractions: ArrayCache = field(default_factory=lambda: ArrayCache(FRACTION_BYTES))
-    """Energy fractions of pairs of families, by depth and attitude."""
+    """Terrain occlusion of legs from one end, by ping, position of that end, and bearing of its first beam."""
+    energy_fractions: ArrayCache = field(default_factory=lambda: ArrayCache(ENERGY_FRACTION_BYTES))
+    """Energy fractions of pairs of families, by the families, depths of the ends, recording window and beam axes."""
     layouts: RecentResults[QuadratureLayout] = field(default_factory=lambda: RecentResults(MAX_CACHED_LAYOUTS))
-    """Quadrature points about the sonar, by attitude."""
+    """Quadrature points about the sonar, by its positions and beams relative to their middle, and by the sampling."""
     specular_points: RecentResults[SpecularPoints | None] = field(default_factory=lambda: RecentResults(PATHS))
-    """Specular points of relief, by the ends of the sonar."""
+    """Specular points of relief, by the positions of both ends of a path, or their images, and the wavelength."""
     boundary_echoes: RecentResults[Pairs] = field(default_factory=lambda: RecentResults(PINGS))
-    """Boundary echoes, by ping."""
+    """Boundary echoes, by ping and the positions of both ends."""
     drawn_tiles: RecentResults[DrawnTiles] = field(default_factory=lambda: RecentResults(BOUNDARIES))
-    """Scatterers of tiles, by their boundary."""
+    """Random scatterers, or quadrature points, of tiles, by the boundary and the kind."""
     received_targets: RecentResults[tuple[bool, ...]] = field(default_factory=lambda: RecentResults(PINGS))
-    """Targets of which an echo is received, by ping."""
+    """True for each target of which an echo is received, by the ping geometry."""

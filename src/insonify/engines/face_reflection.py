@@ -99,7 +99,7 @@ def lit_points(
         max_rise: Largest vertical distance that a path covers [m].
         radius: Radius of the neighbourhood of each point that is lit with it [m], shape (n,).
     """
-    before, after = float(face.height_of(position)), face.height_of(points)
+    before, after = float(face.signed_distance(position)), face.signed_distance(points)
     is_reached = after + radius > NEAREST
     if before <= NEAREST or not is_reached.any():
         return np.zeros(len(points), bool)
@@ -238,7 +238,7 @@ def _unfolded(letters: str, depth: Floats, bed: float) -> Floats:
 
 def _crossing_part(face: FlatFace, image: Floats, points: Floats) -> Floats:
     """Horizontal fraction of the path from an image to points before the plane of an upright face [1]."""
-    before, after = -float(face.height_of(image)), face.height_of(points)
+    before, after = -float(face.signed_distance(image)), face.signed_distance(points)
     return np.asarray(before / (before + after))
 
 
@@ -288,6 +288,6 @@ def _paths(face: FlatFace, family: str, position: Floats, points: Floats, bed: f
         if letters:
             unfolded = np.mod(image[2] + t * climb, 2 * bed)
             point[..., 2] = np.where(unfolded > bed, 2 * bed - unfolded, unfolded)
-        point -= 2 * np.minimum(face.height_of(point), 0.0)[..., None] * face.axes[0]
+        point -= 2 * np.minimum(face.signed_distance(point), 0.0)[..., None] * face.axes[0]
         parts.append(np.ascontiguousarray(np.moveaxis(point, 0, 1)))
     return parts[0], parts[1]

@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 from insonify.engines._relief_specular_points_kernel import (
     GRAZING_SINE,
     LENGTH,
-    PLANE_CURVATURE,
+    PLANE_HESSIAN,
     SECANT,
     PathEnds,
     TerrainSpline,
-    curved_paths,
     nodes_of_sign_changes,
+    paths_with_curvature,
     stationary_points,
 )
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
@@ -267,9 +267,9 @@ def _at(
 ) -> SpecularPoints:
     """Pressure of the path by each stationary point, the strongest first."""
     wavenumber, reach, water = 2 * np.pi / wavelength, scale / 8, ends.water
-    points, rows, curvature, change = curved_paths(positions, terrain, ends, reach)
+    points, rows, curvature, change = paths_with_curvature(positions, terrain, ends, reach)
     length, sine = rows[:, LENGTH], rows[:, GRAZING_SINE]
-    plane = np.linalg.det(rows[:, [PLANE_CURVATURE + k for k in (0, 1, 1, 2)]].reshape(-1, 2, 2))
+    plane = np.linalg.det(rows[:, [PLANE_HESSIAN + k for k in (0, 1, 1, 2)]].reshape(-1, 2, 2))
     min_curvature = AIRY * (np.abs(change) / (2 * reach)) ** (2 / 3) * wavenumber ** (-1 / 3)
     value = np.where(curvature < 0, -1, 1) * np.maximum(np.abs(curvature), min_curvature)
     focusing = np.sqrt(plane / np.maximum(np.abs(value[:, 0] * value[:, 1]), 1e-12))

@@ -1,6 +1,8 @@
 """Rays of one ray branch with turns, to many points of one depth. Plain numbers and arrays only.
 
-A ray branch is cut into segments of monotone distance; on each, a point has one ray or none.
+Rays of a branch have the parameter v, the tangent of the grazing angle at the fastest node that they visit, see
+`_ray_branch_kernel`. A branch is cut into segments in which distance is a monotone function of v; in each, a point has
+one ray or none. Distance is horizontal.
 """
 
 import math
@@ -38,9 +40,9 @@ from insonify.propagation._ray_properties_kernel import (
 
 Floats = NDArray[np.float64]
 
-MAX_RAYS = 8  # rays of one family to one point; those with the fewest turns are kept
-GUESSES = 17  # rays of a segment from which those to many points are interpolated
-ROUNDING = 2e-13  # of a distance, at the end of a branch
+MAX_RAYS = 8  # largest number of rays of one family to one point; those with the fewest turns are kept
+GUESSES = 17  # rays of a segment between which v is interpolated; fewer points are solved one by one
+ROUNDING = 2e-13  # relative tolerance of a distance at the ends of a segment
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -48,23 +50,25 @@ def branch_rays(
     ray_branch: Floats, max_turning_speed: float, launch_sign: float, arrival_sign: float, low: float, high: float,
     workspace: Any, result: Any,
 ) -> tuple[float, float]:  # fmt: skip
-    """Rays of a ray branch with turns, to points of one depth.
+    """Write the rays of a ray branch with turns to points of one depth.
 
     Args:
-        ray_branch: The ray branch.
-        max_turning_speed: Highest turning speed [m/s].
-        launch_sign: Sign of the launch angle, + down.
-        arrival_sign: Sign of the angle of arrival.
+        ray_branch: The ray branch, see `_layer_sequence_kernel`.
+        max_turning_speed: Highest turning speed of the branch [m/s]; the lowest is the speed at its fastest node.
+        launch_sign: Sign of the launch angle, +1 down.
+        arrival_sign: Sign of the angle of travel at the point, +1 down.
         low: Distance of the nearest point [m].
         high: Distance of the farthest point [m].
-        workspace: See `direct_rays`.
-        result: See `direct_rays`.
+        workspace: Block of rays, index of the point of each, guesses (3, GUESSES), and edges of segments (2, m).
+        result: First point and end of the points of that depth (2,); distance [m] (n,), rays (n, MAX_RAYS, COLUMNS) and
+            number of rays (n,) of all points, the last two changed.
 
     Returns:
-        Bounds of the ray branch's distances [m].
+        Least and greatest distance that a ray of the branch reaches [m].
     """
-    edges, slow = workspace[3], ray_branch[LAYER_SEQUENCE, TOP]
-    end = math.sqrt((max_turning_speed - slow) / slow * ((max_turning_speed + slow) / slow))
+    edges, min_turning_speed = workspace[3], ray_branch[LAYER_SEQUENCE, TOP]
+    excess, total = max_turning_speed - min_turning_speed, max_turning_speed + min_turning_speed
+    end = math.sqrt(excess / min_turning_speed * (total / min_turning_speed))  # largest v
     segment_count = monotone_segments(end, high, ray_branch, edges)
     x_left = ray_distance(HORIZONTAL, ray_branch)[0]
     x_end = ray_distance(end, ray_branch)[0]
@@ -83,21 +87,21 @@ def segment_rays(
     ray_branch: Floats, segment: int, x_left: float, x_right: float, launch_sign: float, arrival_sign: float,
     workspace: Any, result: Any,
 ) -> None:  # fmt: skip
-    """Rays of one monotone segment of a ray branch.
+    """Write the rays of one monotone segment of a ray branch to points of one depth.
 
     Args:
         ray_branch: The ray branch.
         segment: Index of the segment.
-        x_left: Distance at its lower end [m].
-        x_right: Distance at its upper end [m].
+        x_left: Distance at its least v [m].
+        x_right: Distance at its greatest v [m].
         launch_sign: See `branch_rays`.
         arrival_sign: See `branch_rays`.
-        workspace: See `direct_rays`.
-        result: See `direct_rays`.
+        workspace: See `branch_rays`.
+        result: See `branch_rays`.
     """
     point_span, ranges, rays, count = result
     block, point_index, guesses, edges = workspace
-    a, b, falls = edges[EDGE, segment], edges[EDGE, segment + 1], x_right < x_left
+    a, b, is_falling = edges[EDGE, segment], edges[EDGE, segment + 1], x_right < x_left
     nearest, farthest = min(x_left, x_right), max(x_left, x_right)
     ray_count = 0
     for i in range(point_span[0], point_span[1]):
@@ -109,17 +113,17 @@ def segment_rays(
             distance,
             (AT_BRANCH_END if is_nearest or is_farthest else GUESS),
         )
-        block.v[ray_count] = b if is_nearest == falls else a
+        block.v[ray_count] = b if is_nearest == is_falling else a
         point_index[ray_count] = i
         ray_count += 1
     if ray_count == 0:
         return
     if ray_count >= GUESSES:
-        initial_guesses(ray_branch, block, ray_count, a, b, falls, guesses)
+        initial_guesses(ray_branch, block, ray_count, a, b, is_falling, guesses)
         newton_steps(ray_branch, block, ray_count, a, b, False)
     for i in range(ray_count):
         if block.state[i] == GUESS:
-            block.v[i] = ray_to_distance(block.distance[i], a, b, falls, ray_branch)
+            block.v[i] = ray_to_distance(block.distance[i], a, b, is_falling, ray_branch)
     complete_rays(ray_branch, block, ray_count)
     turns = int(ray_branch[LAYER_SEQUENCE, HALF_TURNS] + ray_branch[LAYER_SEQUENCE, HALF_TURNS + 1]) // 2
     for i in range(ray_count):
@@ -134,23 +138,23 @@ def segment_rays(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def initial_guesses(
-    ray_branch: Floats, block: RayBlock, point_count: int, a: float, b: float, falls: bool, guesses: Floats
+    ray_branch: Floats, block: RayBlock, point_count: int, a: float, b: float, is_falling: bool, guesses: Floats
 ) -> None:
-    """Guesses v for many points from a few rays of a segment, by Hermite cubics of v over distance.
+    """Initial guesses of v for many points from a few rays of a segment, by Hermite cubics of v over distance.
 
     Args:
         ray_branch: The ray branch.
-        block: The rays; `v` changes where it is a guess.
+        block: The rays to the points; `v` changes where `state` is `GUESS`.
         point_count: Number of points.
-        a: Least v.
-        b: Greatest v.
-        falls: True if distance falls with v.
-        guesses: Work array, (3, GUESSES).
+        a: Least v of the segment.
+        b: Greatest v of the segment.
+        is_falling: True if distance falls with v.
+        guesses: Work array: distance [m], v and dv/dX of each ray, (3, GUESSES).
     """
     for k in range(GUESSES):
         part = k / (GUESSES - 1.0)
         part = part * part * (3 - 2 * part)  # closer at both ends, where a fold may be
-        v = max(a, b + (a - b) * part if falls else a + (b - a) * part)
+        v = max(a, b + (a - b) * part if is_falling else a + (b - a) * part)
         x, slope = ray_distance(v, ray_branch)
         guesses[0, k], guesses[1, k], guesses[2, k] = x, v, 1 / slope
     for i in range(point_count):
@@ -175,15 +179,15 @@ def initial_guesses(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def record_fold(row: Floats, distance: float, v: float, ray_tube: float, ray_branch: Floats) -> None:
-    """Record a fold that bounds the ray's branch, if it is nearer than the one recorded before.
+    """Record a fold at an end of a ray's segment, if it is nearer than the one recorded before.
 
-    Distance in the scale of diffraction: FOLD / FOLD_CURVATURE^(1/3).
+    Distance is measured in units of the Airy function's width, as FOLD / FOLD_CURVATURE^(1/3).
 
     Args:
-        row: The ray, changed.
-        distance: Distance of its point [m].
-        v: Parameter of the fold.
-        ray_tube: dX/dp of the ray [m^2/s].
+        row: Columns of the ray, see `_ray_properties_kernel`; changed.
+        distance: Horizontal distance of its point [m].
+        v: Parameter v of the fold.
+        ray_tube: Derivative of the distance by the horizontal slowness, dX/dp, of the ray [m^2/s].
         ray_branch: The ray branch.
     """
     offset = distance - ray_distance(v, ray_branch)[0]
@@ -195,7 +199,7 @@ def record_fold(row: Floats, distance: float, v: float, ray_tube: float, ray_bra
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_duplicate_ray(rows: Floats, count: int) -> bool:
-    """Return True if the ray in row `count` joins two branches and is already listed by the other one."""
+    """Return True if the ray in row `count`, at the join of two branches, is already among the rows before it."""
     for k in range(count):
         if (
             rows[k, AT_END] == 1

@@ -32,7 +32,7 @@ def ray_distance(v: float, ray_branch: Floats) -> tuple[float, float]:
     """Horizontal distance of a ray [m] and its derivative by v [m].
 
     Args:
-        v: Parameter of the ray, at least LEVEL.
+        v: Parameter of the ray, at least `HORIZONTAL`.
         ray_branch: The ray branch, see `_layer_sequence_kernel`.
     """
     first, last = int(ray_branch[LAYER_SEQUENCE, FIRST]), int(ray_branch[LAYER_SEQUENCE, LAST])
@@ -129,7 +129,7 @@ def monotone_segments(end: float, high: float, ray_branch: Floats, edges: Floats
         end: Largest v of the ray branch.
         high: Farthest distance of interest [m].
         ray_branch: The ray branch.
-        edges: Result: v at the ends of the pieces, from LEVEL to `end`, and whether that is a fold, (2, many).
+        edges: Result: v at the ends of the pieces, from `HORIZONTAL` to `end`, and whether that is a fold, (2, many).
 
     Returns:
         Number of segments; 0 if all rays of the ray branch go beyond `high`, by the same bounds.

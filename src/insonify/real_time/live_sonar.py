@@ -330,7 +330,7 @@ def _pose_columns(start: Poses, later: tuple[Poses, Poses] | None, row: int) -> 
 
 def _is_off(extents: tuple[TrackExtent, ...], platforms: Platforms) -> bool:
     """True where a platform is so far from its track that sampling by the track does not suit it."""
-    for extent, poses in zip(extents, platforms.end_poses, strict=False):
+    for extent, poses in zip(extents, platforms.transmitter_and_receiver_poses, strict=False):
         runs = np.stack([extent.corners[:-1], extent.corners[1:]], axis=1)
         away = float(distance_to_segments(poses.position[:, :2], runs)[0])
         depth, (least, greatest) = float(poses.position[0, 2]), extent.depths

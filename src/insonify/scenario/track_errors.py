@@ -36,7 +36,9 @@ def array_positions(scenario: Scenario, poses: Platforms | None = None) -> dict[
     if poses.is_bistatic:
         positions[RECEIVER] = poses.receiver_poses.position
     for side, sonar in zip(scenario.sonar.sides or ("",), scenario.sonar.side_sonars, strict=True):
-        for end, array, carrier in zip(ENDS, (sonar.transmit, sonar.receive), poses.end_poses, strict=True):
+        for end, array, carrier in zip(
+            ENDS, (sonar.transmit, sonar.receive), poses.transmitter_and_receiver_poses, strict=True
+        ):
             name = " ".join(["the", *([side] if side else []), end, "array"])
             positions[name] = carrier.offset_positions(array.offset)
     return positions

@@ -20,63 +20,68 @@ Floats = NDArray[np.float64]
 MIN_WAVELENGTHS = 10.0
 """Smallest mean width of a face that reflects legs [wavelengths]."""
 MAX_FACES = 64
-"""Largest number of faces of one target, the largest first [1]."""
+"""Largest number of faces of one target, or of each part of a mesh with a law of its own, the largest first [1]."""
 COPLANAR, COPLANAR_SINE = 1e-4, 1e-6
-"""Distance from a plane [m], and sine of the angle from it, below which triangles lie in it."""
+"""Distance from a plane [m], and sine of the angle to it [1], below which triangles lie in the plane."""
 UPRIGHT_SINE = 1e-6
-"""Vertical component of the normal below which a face is upright [1]."""
+"""Vertical component of the unit normal below which a face is upright [1]."""
 STRIPS = 64
-"""Strips of an outline that is no rectangle [1]."""
+"""Number of strips of an outline that is no rectangle, or of a face over relief [1]."""
 STEP_WAVELENGTHS = 0.25
-"""Largest difference among the edges of strips that are merged [wavelengths]."""
+"""Largest variation of upper edge, lower edge or gap over strips that become one [wavelengths]."""
 FARTHEST_BED = 1e4
 """Gap below a face above which the seabed is ignored [m]."""
 HALF_THICKNESS = 1e-7
-"""Half of the thickness of a strip [m]."""
+"""Half of the thickness of a strip, negligible [m]."""
 TOUCHING = 0.01
-"""Largest gap between an edge and the surface that counts as none [m]."""
+"""Greatest depth of the upper edge of a strip that reaches the sea surface [m]."""
 
 
 class FlatFace(NamedTuple):
-    """A flat smooth face. In its own frame it is upright: first axis along its normal, third axis down along it."""
+    """A flat smooth face.
+
+    Its own frame has the world's origin, the first axis along the normal, the second horizontal along the face, and the
+    third down along it: in that frame the face is upright.
+    """
 
     occluder: int
     """Row of its target among the scene's occluders."""
     label: str
     """Label of its target."""
     axes: Floats
-    """Normal into the water, and directions along and down the face: rows, unit vectors, shape (3, 3)."""
+    """Normal into the water, horizontal direction along the face, direction down it: unit rows [1], shape (3, 3)."""
     distance: float
     """Distance of its plane from the world's origin along the normal [m]."""
     strips: Floats
-    """Outline as boxes without thickness in its own frame, see `insonify.scene.box.box_body`, shape (k, 8)."""
+    """Outline as boxes of negligible thickness in its own frame, see `insonify.scene.box.box_body`, shape (k, 8)."""
     gap: Floats
-    """Height of each strip above the seabed, along the third axis: 0 where it stands on it [m], shape (k,)."""
+    """Distance from the lower edge of each strip to the seabed, along the third axis [m], shape (k,): 0 on it, infinite
+    where the terrain is unknown or farther than `FARTHEST_BED`."""
     at_surface: NDArray[np.bool_]
-    """True: the strip reaches the surface, shape (k,)."""
+    """True: the strip reaches the sea surface, shape (k,)."""
     triangles: Floats
-    """Corners in its own frame: along and down [m], shape (t, 3, 2)."""
+    """Corners of its triangles in its own frame, along and down the face [m], shape (t, 3, 2)."""
     reflection: float
     """Pressure reflection coefficient [1]."""
 
     @property
     def is_upright(self) -> bool:
-        """True for a vertical plane, in which horizontal boundaries are their own images."""
+        """True for a vertical face; horizontal boundaries are their own images in its plane."""
         return bool(abs(self.axes[0, 2]) < UPRIGHT_SINE)
 
-    def height_of(self, position: Floats) -> Floats:
-        """Distance of positions (..., 3) in front of the plane [m], negative behind it."""
+    def signed_distance(self, position: Floats) -> Floats:
+        """Signed distance of positions (..., 3) from the plane [m]: positive on the side of the normal."""
         return np.asarray(position @ self.axes[0] - self.distance)
 
     def distance_from(self, position: Floats) -> float:
-        """Least distance of a position (3,) from the rectangle about the face [m]."""
+        """Least distance of a position (3,) from the bounding rectangle of the face, in its plane [m]."""
         across = self.axes[1:] @ position
         beyond = np.maximum(self.triangles.min(axis=(0, 1)) - across, across - self.triangles.max(axis=(0, 1)))
-        return float(np.hypot(self.height_of(position), np.linalg.norm(np.maximum(beyond, 0.0))))
+        return float(np.hypot(self.signed_distance(position), np.linalg.norm(np.maximum(beyond, 0.0))))
 
     def image(self, position: Floats) -> Floats:
         """Image of a position in the plane [m], shape (3,)."""
-        return np.asarray(position - 2 * self.height_of(position) * self.axes[0])
+        return np.asarray(position - 2 * self.signed_distance(position) * self.axes[0])
 
 
 @lru_cache(maxsize=8)
@@ -104,7 +109,7 @@ def _faces_of(scene: Scene, row: int, solid: Solid, wavelength: float) -> list[F
     area = np.linalg.norm(normal, axis=1) / 2
     has_area = area > 1e-12
     corners, normal, area = corners[has_area], normal[has_area] / (2 * area[has_area, None]), area[has_area]
-    is_free, flat_faces = np.ones(len(area), bool), list[tuple[float, FlatFace]]()
+    is_free, faces_with_area = np.ones(len(area), bool), list[tuple[float, FlatFace]]()
     parallel, low, high = _nearly_parallel(normal)
     total = np.concatenate([[0.0], np.cumsum(area[parallel])])
     is_wide = total[high] - total[low] >= min_width**2
@@ -125,13 +130,21 @@ def _faces_of(scene: Scene, row: int, solid: Solid, wavelength: float) -> list[F
             face = _face(scene, row, solid, corners[triangles], normal[first], wavelength)
             size = np.ptp(face.triangles.reshape(-1, 2), axis=0)
             if len(face.strips) and area[triangles].sum() >= min_width * size.max():
-                flat_faces.append((float(area[triangles].sum()), face))
-    flat_faces.sort(key=lambda item: -item[0])
-    return [face for _, face in flat_faces[:MAX_FACES]]
+                faces_with_area.append((float(area[triangles].sum()), face))
+    faces_with_area.sort(key=lambda item: -item[0])
+    return [face for _, face in faces_with_area[:MAX_FACES]]
 
 
 def _nearly_parallel(normal: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """Triangles in an order in which those that may be parallel to each are a slice: the order, first and end, (n,)."""
+    """Sort triangles by their normals, so that those which may be parallel to one are neighbours.
+
+    Args:
+        normal: Unit normals, shape (n, 3).
+
+    Returns:
+        Rows of the triangles in order; for each triangle first and end of the slice of that order that holds all
+        triangles within `COPLANAR_SINE` of its normal, and others; shapes (n,).
+    """
     north = normal[:, 0]
     order = np.argsort(north, kind="stable")
     low = np.searchsorted(north[order], north - 2 * COPLANAR_SINE, "left")
@@ -140,7 +153,7 @@ def _nearly_parallel(normal: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]
 
 
 def _connected(corners: Floats) -> list[NDArray[np.int64]]:
-    """Rows of the triangles (t, 3, 3) of each connected part of a plane."""
+    """Rows of the triangles (t, 3, 3) of each part that is connected by common vertices."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -155,7 +168,7 @@ def _connected(corners: Floats) -> list[NDArray[np.int64]]:
 def _face(
     scene: Scene, row: int, solid: Solid, corners: Floats, normal: Floats, wavelength: float
 ) -> FlatFace:  # fmt: skip
-    """The face of some triangles (t, 3, 3) in one plane."""
+    """The face of connected triangles (t, 3, 3) in one plane, with strips down to the seabed."""
     horizontal = np.hypot(normal[0], normal[1])
     along = np.array([1.0, 0.0, 0.0])
     if horizontal > UPRIGHT_SINE:
@@ -184,7 +197,7 @@ def _face(
 def _merge_strips(
     boxes: Floats, gap: Floats, at_surface: NDArray[np.bool_], step: float
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:  # fmt: skip
-    """Merge adjacent strips where neither edge nor gap varies by more than a step along them.
+    """Merge adjacent strips as long as no edge or gap varies by more than a step over those that become one.
 
     Args:
         boxes: Strips from one end of the face to the other, shape (k, 8).
@@ -193,7 +206,7 @@ def _merge_strips(
         step: Largest difference among the edges, or gaps, of strips that become one [m].
 
     Returns:
-        Strips, gaps and flags of fewer strips; edges and gaps are means.
+        Merged strips, with their gaps and flags; edges and gaps are means weighted by width.
     """
     if len(boxes) < 2:
         return boxes, gap, at_surface
@@ -216,7 +229,7 @@ def _merge_strips(
 
 
 def _gap_below(boxes: Floats, axes: Floats, seabed: Seabed) -> Floats:
-    """Distance along a face from the lower edge of each strip to the seabed [m], (k,): negative below the seabed.
+    """Distance down a face from the lower edge of each strip to the seabed [m], (k,): negative where it lies below.
 
     Args:
         boxes: Strips of the face in its own frame, shape (k, 8).
@@ -230,11 +243,14 @@ def _gap_below(boxes: Floats, axes: Floats, seabed: Seabed) -> Floats:
 
 
 def _strips(plane: Floats, *, divided: bool) -> Floats:
-    """First and last position along, least and greatest down, of the strips of an outline [m], shape (k, 4).
+    """Vertical strips that cover an outline, in the frame of the face.
 
     Args:
         plane: Corners of its triangles, along and down [m], shape (t, 3, 2); holes are filled.
-        divided: True: a rectangle has strips too.
+        divided: True: divide a rectangle into strips too, for a seabed with relief.
+
+    Returns:
+        First and last position along the face, and least and greatest down it, of each strip [m], shape (k, 4).
     """
     low, high = plane.reshape(-1, 2).min(axis=0), plane.reshape(-1, 2).max(axis=0)
     side, other = plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]

@@ -55,7 +55,7 @@ class TerrainMap:
         self._last_read = np.zeros(MAX_TILES, np.int64)
         self._readers = np.zeros(MAX_TILES, np.int64)
         self._state = np.full(MAX_TILES, _UNFILLED, np.int8)
-        self._ticket, self._used = 0, 0
+        self._reading_count, self._used = 0, 0
         self._synthesizer = self.terrain.heightmap_synthesizer
 
     @contextmanager
@@ -121,10 +121,10 @@ class TerrainMap:
         Returns:
             Rows in `nodes` of those that must be synthesised first.
         """
-        self._ticket += 1
+        self._reading_count += 1
         new_rows = np.empty(len(tiles), np.int64)
         count, self._used = claim(
-            tiles, self.slot, self.number, self._tiles, self._last_read, self._readers, self._ticket, self._used,
+            tiles, self.slot, self.number, self._tiles, self._last_read, self._readers, self._reading_count, self._used,
             MIN_NEW_ROWS, RECENT_READS, new_rows,
         )  # fmt: skip
         self._state[new_rows[:count]] = _UNFILLED

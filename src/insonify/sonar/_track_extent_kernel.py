@@ -1,4 +1,4 @@
-"""Distances of positions from a polyline of many segments."""
+"""Distances of positions in a plane from the nearest of many straight segments."""
 
 import math
 
@@ -12,11 +12,11 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def nearest_segment_distance(position: Floats, segments: Floats, distance: Floats) -> None:
-    """Fill the distance of each position from the nearest segment of a polyline.
+    """Fill the distance of each position from the nearest of some segments, such as those of a track's polyline.
 
     Args:
-        position: Coordinates in a plane [m], shape (n, 2).
-        segments: Both ends of each segment [m], shape (segments, 2, 2).
+        position: Coordinates of the positions in a plane [m], shape (n, 2).
+        segments: Coordinates of both ends of each segment [m], shape (segments, 2 ends, 2).
         distance: Result [m], shape (n,).
     """
     for n in range(position.shape[0]):

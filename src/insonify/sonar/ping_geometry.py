@@ -269,10 +269,10 @@ class MountedSonar:
 
     def _geometry(self, ping: int, platforms: Platforms, row: int, displacements: Floats | None) -> PingGeometry:
         """Geometry at one row of the platforms' poses; `displacements` are the largest ones during each ping [m]."""
-        bodies = [poses.rotation(row) for poses in platforms.end_poses]
+        bodies = [poses.rotation(row) for poses in platforms.transmitter_and_receiver_poses]
         positions = [
             array_position(array, poses.position[row], body)
-            for array, poses, body in zip(self._arrays, platforms.end_poses, bodies, strict=True)
+            for array, poses, body in zip(self._arrays, platforms.transmitter_and_receiver_poses, bodies, strict=True)
         ]
         if np.array_equal(positions[0], positions[1]):
             positions[1] = positions[0]  # one object, so that comparisons are fast
@@ -331,7 +331,7 @@ class MountedSonar:
         Args:
             shared: True for beams that differ in horizontal steering alone.
         """
-        depth = self.platforms.end_poses[0].position[0, 2] + self._lever_arms[0, 2]
+        depth = self.platforms.transmitter_and_receiver_poses[0].position[0, 2] + self._lever_arms[0, 2]
         speed = float(self.water.sound_speed_at(depth))
         return _sufficient_counts(self.sonar, self.pulse, self.water, speed, self.window[1] * speed, shared)
 
@@ -406,7 +406,11 @@ def array_depths(sonar: Sonar, poses: Poses | Platforms) -> Floats:
         poses: Poses of its platform, or its platforms.
     """
     end_platforms = Platforms(poses) if isinstance(poses, Poses) else poses
-    ends = [pair for side in sonar.side_sonars for pair in zip(side.arrays, end_platforms.end_poses, strict=True)]
+    ends = [
+        pair
+        for side in sonar.side_sonars
+        for pair in zip(side.arrays, end_platforms.transmitter_and_receiver_poses, strict=True)
+    ]
     depths = [end_poses.offset_depths(array.offset) for array, end_poses in ends]
     sorted_depths = np.sort(np.round(depths, 9), axis=None)  # rounded, so that equal depths are one
     return sorted_depths[np.append(True, np.diff(sorted_depths) > 0)]

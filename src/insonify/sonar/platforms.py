@@ -39,20 +39,20 @@ class Platforms:
         return self.transmitter_poses if self.separate_receiver_poses is None else self.separate_receiver_poses
 
     @property
-    def end_poses(self) -> tuple[Poses, Poses]:
-        """Poses of the transmitter's platform, and of the receiver's."""
+    def transmitter_and_receiver_poses(self) -> tuple[Poses, Poses]:
+        """Poses of the transmitter's platform, and of the receiver's, at the start of each ping."""
         return self.transmitter_poses, self.receiver_poses
 
     @cached_property
     def positions(self) -> Floats:
-        """Positions of every platform at all pings [m], shape (n, 3)."""
+        """Positions of the transmitter's platform at all pings, then of a separate receiver's [m], shape (n, 3)."""
         if self.separate_receiver_poses is None:
             return self.transmitter_poses.position
         return np.concatenate([self.transmitter_poses.position, self.separate_receiver_poses.position])
 
     @property
     def max_separation(self) -> float:
-        """Greatest distance between the platforms at any ping [m]."""
+        """Greatest distance between the platforms at the start of any ping [m]; 0 for one platform."""
         return float(np.linalg.norm(self.transmitter_poses.position - self.receiver_poses.position, axis=1).max())
 
     @property
@@ -65,7 +65,7 @@ class Platforms:
         )
 
     def ping_motions(self, ping: int, window: float) -> tuple[PlatformMotion | None, PlatformMotion | None]:
-        """Motion of each platform from the start of a ping; None for both if neither moves.
+        """Motions of both platforms (transmitter, receiver) from the start of a ping; None for both if neither moves.
 
         Args:
             ping: Number of the ping.
@@ -80,7 +80,7 @@ class Platforms:
         return motion, motion if receiver is transmitter else receiver.at(ping, window)
 
     def single_ping(self, ping: int) -> "Platforms":
-        """The platforms at one ping alone, which becomes ping number 0.
+        """Platforms at one ping alone, which becomes ping number 0.
 
         Args:
             ping: Number of the ping.
@@ -98,10 +98,10 @@ class Platforms:
         )  # fmt: skip
 
     def turned(self, angle: float) -> "Platforms":
-        """The transmitter's platform with other headings; its receiver rides on it.
+        """Copy with every heading changed by one angle, for monostatic sonars: a separate receiver is left out.
 
         Args:
-            angle: Angle to starboard that is added to every heading [rad].
+            angle: Change of heading, positive to starboard [rad].
         """
         first, *later = (
             replace(poses, heading=poses.heading + angle)
@@ -111,7 +111,10 @@ class Platforms:
 
     @cached_property
     def track_motions(self) -> tuple[TrackMotion, TrackMotion] | None:
-        """Motion of each platform from the start of every ping; None for stop and hop."""
+        """Motion of the transmitter's and the receiver's platform from the start of every ping; None for stop and hop.
+
+        One platform, or a separate one whose window poses are not given, has the transmitter's motion.
+        """
         if self.transmitter_window_poses is None:
             return None
         transmitter = track_motion(self.transmitter_poses, self.transmitter_window_poses)

@@ -84,7 +84,7 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
 def _face_chain_echoes(ping: TracedPing, hits: RayHits, transmitted: Floats) -> Iterator[EchoEnergies]:
     """Echoes that return by flat faces of targets: in water of one sound speed, those along the transmit path first."""
     rays, own_bounce = hits.rays, OWN_BOUNCE[hits.contribution]
-    is_isovelocity, is_monostatic = ping.rays is None, ping.ping_geometry.is_monostatic
+    is_isovelocity, is_monostatic = ping.propagation_model is None, ping.ping_geometry.is_monostatic
     if is_isovelocity:
         n = len(rays.length)
         retraced_paths = [ReceiverPaths(-rays.direction, rays.launch, rays.length, rays.delay, 1 / rays.length**2,
@@ -153,7 +153,7 @@ def _face_delay(
         chain: Letters of the reflections.
         expected_delay: Delays near which those of refracted rays are sought [s], (n,).
     """
-    if ping.rays is None:
+    if ping.propagation_model is None:
         return np.asarray(np.linalg.norm(position - image, axis=1) / ping.scene.water.sound_speed)
     delay, image = np.full(len(position), np.inf), np.broadcast_to(image, position.shape)[:, :2]
     for xy in np.unique(np.round(image, 3), axis=0):  # rays of one chain have few faces
@@ -250,7 +250,7 @@ def _reverse_interference(
         receive_leg: The receive legs.
         all_legs: Receive legs of all rays of the family.
     """
-    if family == rays.family and ping.rays is None:
+    if family == rays.family and ping.propagation_model is None:
         return np.zeros(len(rays.delay))
     is_other_path = nearest_delay(all_legs, rays.delay) != receive_leg.delay if family == rays.family else True
     if ping.ping_geometry.is_monostatic:

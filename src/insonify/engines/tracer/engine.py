@@ -48,7 +48,8 @@ MAX_OVERHEAD_TANGENT = 0.5
 """Tangent of the angle from the vertical within which rays are aimed at a moving surface overhead [1]."""
 AIM_FREQUENCY = 1e5
 """Frequency of the legs along which rays are aimed, of which their directions are independent [Hz]."""
-DB_TO_NEPER = np.log(10) / 10
+INTENSITY_EXPONENT_PER_DB = np.log(10) / 10
+"""Exponent of the intensity that an absorption of 1 dB causes: exp(-this) is 1 dB down [1/dB]."""
 
 Block = Callable[[], list[EchoEnergies]]
 
@@ -141,7 +142,7 @@ class Tracer:
         )
         launch_sampler = self._launch_sampler(ping_geometry, transmit, transmit_beams, receive_beams, laws)
         intersector = self.tracing_scene.intersector(transmit, 2 * one_way_range)
-        attenuation = float(scene.water.absorption(ping_geometry.frequency)) * DB_TO_NEPER
+        attenuation = float(scene.water.absorption(ping_geometry.frequency)) * INTENSITY_EXPONENT_PER_DB
         return TracedPing(
             scene, self.path_settings, ping_geometry, intersector, launch_sampler, transmit, receive, transmit_beams,
             receive_beams, laws, attenuation, self.rays, facet_surface(scene, self.seed, ping_geometry.frequency),

@@ -127,9 +127,9 @@ def _echoes_by_legs(
     lag = rays.delay + receive_delay - 2 * vertices.delay[vertex_row]
     phase, phase_variance = rate * lag, variance * lag**2
     if "s" in rays.chain:
-        lag_of_transmit_facet = rays.delay + receive_delay - 2 * rays.facets[:, 0]
-        phase = phase - rays.facets[:, 1] * lag_of_transmit_facet
-        phase_variance = phase_variance + rays.facets[:, 2] * lag_of_transmit_facet**2
+        lag_of_transmit_facet = rays.delay + receive_delay - 2 * rays.last_facet[:, 0]
+        phase = phase - rays.last_facet[:, 1] * lag_of_transmit_facet
+        phase_variance = phase_variance + rays.last_facet[:, 2] * lag_of_transmit_facet**2
     elif ping.ping_geometry.is_monostatic:
         energy *= 2
     reciprocal = np.cos(phase) * np.exp(-phase_variance / 2)
@@ -139,7 +139,7 @@ def _echoes_by_legs(
         )
         if "s" in rays.chain:
             delay_difference = delay_difference - _excess_delay(
-                ping, rays.chain[: rays.chain.rindex("s")].upper(), rays.facets[:, 3:], rays.facets[:, 0]
+                ping, rays.chain[: rays.chain.rindex("s")].upper(), rays.last_facet[:, 3:], rays.last_facet[:, 0]
             )
         elif "T" in rays.chain:
             delay_difference = np.full(len(delay_difference), np.inf)

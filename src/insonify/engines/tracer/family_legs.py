@@ -53,7 +53,7 @@ def family_legs(
         boundary: Boundary on which the positions lie.
     """
     scene, wavelength = ping.scene, ping.ping_geometry.wavelength
-    if ping.rays is None:
+    if ping.propagation_model is None:
         image = image_legs(scene, end, position, family, wavelength)
         delay = image.length / scene.water.sound_speed
         reflected = image.intensity
@@ -65,7 +65,7 @@ def family_legs(
         boundary, boundary, PointTargetLaw(0.0), position, np.zeros((n, 3)), np.ones(n), np.ones(n, complex),
         np.zeros(n, np.uint64),
     )  # fmt: skip
-    legs = ping.rays.open_water().legs(end, points, (family,), ping.ping_geometry.frequency)
+    legs = ping.propagation_model.open_water().legs(end, points, (family,), ping.ping_geometry.frequency)
     at_end, at_bed, at_surface = scene.water.sound_speed_at(np.array([end[2], scene.seabed.depth, 0.0]))
     result = []
     for row in range(len(legs.families)):
@@ -108,7 +108,7 @@ def is_clear(
         end: Other end of the legs, or their other ends [m], (3,) or (n, 3); None: the receiver.
     """
     wavelength = ping.ping_geometry.wavelength
-    if ping.rays is None:
+    if ping.propagation_model is None:
         other_end = ping.receive if end is None else end
         return ping.intersector.is_clear_straight(other_end, position, family, wavelength, requested)
     return ping.intersector.is_clear_refracted(position, -legs.arrival, legs.length, family, wavelength, requested)

@@ -34,7 +34,8 @@ def ray_energy(ping: TracedPing, rays: RayBundle, source_intensity: float = 1.0)
     """
     factor = rays.solid_angle * rays.energy_fraction * np.exp(-ping.attenuation * rays.length)
     sine = np.minimum(np.abs(rays.direction[:, 2]), 1.0)
-    if ping.rays is not None:  # the flux of a ray tube is constant, and pressure squared is flux times impedance
+    # the flux of a ray tube is constant, and pressure squared is flux times impedance
+    if ping.propagation_model is not None:
         speed = ping.scene.water.sound_speed_at
         at_hit, at_bed = speed(rays.origin[:, 2]), speed(ping.scene.seabed.depth)
         factor = factor * at_hit / speed(ping.transmit[2])

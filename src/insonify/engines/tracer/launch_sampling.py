@@ -1,11 +1,13 @@
 """Launch directions of rays, and the solid angle that each represents.
 
-Directions are given by the direction cosine u to the array's right and the angle psi about that axis: solid angle is
-du dpsi, and a side-looking beam is narrow in u alone. Some rays are drawn in proportion to the beam gain over u and
-uniformly over slant range, family by family; others are drawn within the angles of each body. The solid angle of a ray
-is one over the density of all rays together in its direction, so that the estimate is unbiased.
+Directions are given by the direction cosine u to the array's right, and the angle psi about that axis from the
+boresight towards the array's down axis: solid angle is du dpsi, and a side-looking beam is narrow in u alone. Some rays
+are drawn in proportion to the beam gain over u and uniformly over slant range, family by family; others are aimed
+through windows, the angles of each body. The solid angle of a ray is one over the density of all rays together in its
+direction, so that the estimate is unbiased.
 
-Method: stratified and importance sampling, and the balance heuristic of Veach & Guibas (1995), Proc. SIGGRAPH 95, 419.
+Method: stratified and importance sampling, an additive recurrence of the golden ratio for the second variable, and the
+balance heuristic of Veach & Guibas (1995), Proc. SIGGRAPH 95, 419.
 """
 
 from collections.abc import Callable
@@ -21,17 +23,17 @@ Floats = NDArray[np.float64]
 PathLength = Callable[[Floats], Floats]
 
 U_STEPS, PSI_STEPS = 8192, 16384
-"""Steps of the tables over u and psi."""
+"""Steps of the tables over u, and over psi [1]."""
 UNIFORM_OVER_U, UNIFORM_OVER_PSI = 0.05, 0.1
 """Fractions of the rays that are uniform over u, and over psi, independent of the beams [1]."""
 MIN_RELATIVE_GAIN = 0.02
 """Relative gain added to that of the beam, so that the density of rays does not vanish outside the beam [1]."""
 AIMED_FRACTION = 0.35
-"""Fraction of the rays that are aimed at bodies, where there are any [1]."""
+"""Fraction of the rays that are aimed through windows, where there are any [1]."""
 WINDOW_MARGIN = 0.1
-"""Margin of a window on each side of a body, re the body's size [1]."""
-_GOLDEN = 0.6180339887498949
-_MIN_WINDOW = 1e-4  # of u, and of psi [rad]
+"""Margin of a window on each side of its corners, re the angle between them [1]."""
+_GOLDEN_RATIO_CONJUGATE = 0.6180339887498949
+_MIN_WINDOW = 1e-4  # width over u [1], and over psi [rad]
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,17 +78,17 @@ def tabulated_density(low: float, high: float, weight: Floats) -> TabulatedDensi
 
 @dataclass(frozen=True, slots=True)
 class AimWindow:
-    """Directions towards one body by one family: distributed over u like the beams, over psi uniformly."""
+    """Launch directions towards one body by one family: distributed over u like the beams, over psi uniformly."""
 
     u: tuple[float, float]
     """Least and greatest direction cosine u [1]."""
     u_probability: tuple[float, float]
-    """Cumulative probabilities of the density over u at these two [1]."""
+    """Cumulative probabilities of the density over u at these two values [1]."""
     psi: tuple[float, float]
     """Least and greatest angle psi [rad]."""
 
     def density(self, u: Floats, psi: Floats, u_density: TabulatedDensity) -> Floats:
-        """Probability density of the rays aimed through the window, per solid angle [1/sr]."""
+        """Probability density of the rays aimed through the window, per solid angle [1/sr], shape of u and of psi."""
         low, psi_width = self.psi[0], self.psi[1] - self.psi[0]
         inside = (u >= self.u[0]) & (u < self.u[1]) & (np.mod(psi - low, 2 * np.pi) < psi_width)
         return np.asarray(inside * u_density.density(u) / ((self.u_probability[1] - self.u_probability[0]) * psi_width))
@@ -99,32 +101,36 @@ class LaunchSampler:
     axes: Floats
     """Boresight, right and down of the array as rows [1], shape (3, 3)."""
     u_density: TabulatedDensity
-    """Density over u."""
+    """Density of the rays that are not aimed, over u in -1..1."""
     psi_density: TabulatedDensity
-    """Density over psi."""
+    """Density of the rays that are not aimed, over psi in -pi..pi [1/rad]."""
     windows: tuple[AimWindow, ...]
+    """Windows that the other rays are aimed through, with an equal number of rays each."""
 
     def rays(self, seed: int, ping: int, count: int, part: int, parts: int) -> tuple[Floats, Floats]:
-        """One part of the rays: every `parts`-th of them from `part` on.
+        """One part of the rays: every `parts`-th of them from number `part` on, in each group.
 
         Args:
             seed: Seed of the scenario.
             ping: Number of the ping; every ping has independent rays.
-            count: Number of all rays.
+            count: Number of all rays of the ping.
             part: Number of the part, from 0.
             parts: Number of parts.
 
         Returns:
-            Unit vectors (n, 3), and the solid angle that each represents [sr] (n,).
+            Launch directions as unit vectors, (n, 3), and the solid angle that each represents [sr], (n,).
         """
         rays_per_window = int(AIMED_FRACTION * count / len(self.windows)) if self.windows else 0
         unaimed_rays = count - rays_per_window * len(self.windows)
         u_and_psi: list[tuple[Floats, Floats]] = []
         for group, size in enumerate([unaimed_rays] + [rays_per_window] * len(self.windows)):
             n = np.arange(part, size, parts)
-            first = random_keys.uniforms(seed, random_keys.TRACER, 0, group, ping, 1)
-            u = random_keys.uniforms(seed, random_keys.TRACER, n, group, ping, 0)
-            first_uniform, second_uniform = (n + u[:, 0]) / max(size, 1), np.mod(n * _GOLDEN + first[0], 1.0)
+            shift = random_keys.uniforms(seed, random_keys.TRACER, 0, group, ping, 1)
+            jitter = random_keys.uniforms(seed, random_keys.TRACER, n, group, ping, 0)
+            first_uniform, second_uniform = (
+                (n + jitter[:, 0]) / max(size, 1),
+                np.mod(n * _GOLDEN_RATIO_CONJUGATE + shift[0], 1.0),
+            )
             if group == 0:
                 u_and_psi.append((self.u_density.quantile(second_uniform), self.psi_density.quantile(first_uniform)))
             else:
@@ -150,17 +156,20 @@ def _wrapped(psi: Floats) -> Floats:
 
 def launch_sampler(
     transmit: Beams, receive: Beams, boundary_paths: list[tuple[PathLength, float, float]],
-    body_corners: list[tuple[Floats, bool]],
+    window_corners: list[tuple[Floats, bool]],
 ) -> LaunchSampler:  # fmt: skip
-    """Sampler of the launch directions of one ping.
+    """Build the sampler of the launch directions of one ping.
 
     Args:
         transmit: Transmit beams, in the frame of the rays.
-        receive: Receive beams, shape (channels,).
-        boundary_paths: For each family to a scattering boundary: its path length [m] as a function of launch directions
-            (n, 3), infinite where it does not exist, and the least and greatest path length that is recorded [m].
-        body_corners: For each body and family, vectors from the image of the sonar to the corners of the body's
-            bounding box [m] (8, 3), and True if the vertical component of its launch directions is reversed.
+        receive: Receive beams of all channels, in the same frame.
+        boundary_paths: For each family to a scattering boundary: its one-way path length [m] as a function of launch
+            directions (n, 3), infinite where no such path exists, and the least and greatest one-way path length that
+            is recorded [m].
+        window_corners: For each window, vectors of any length from the sonar's image to what it contains: the corners
+            of a body's bounding box for one family, launch directions found for them in layered water, or a patch of
+            the surface overhead, (k, 3); and True if the vertical component of the launch directions is reversed by
+            the reflections of that family.
     """
     unaimed = LaunchSampler(transmit.axes, _uniform_density(-1, 1), _uniform_density(-np.pi, np.pi), ())
     psi = np.linspace(-np.pi, np.pi, PSI_STEPS + 1)
@@ -176,14 +185,14 @@ def launch_sampler(
     u_density = tabulated_density(
         -1, 1, UNIFORM_OVER_U / U_STEPS + (1 - UNIFORM_OVER_U) * u_weight / max(u_weight.sum(), 1e-300)
     )
-    windows = tuple(_aim_window(transmit.axes, u_density, *corners) for corners in body_corners)
+    windows = tuple(_aim_window(transmit.axes, u_density, *corners) for corners in window_corners)
     return LaunchSampler(transmit.axes, u_density, psi_density, windows)
 
 
 def _slant_range_density(
     directions: Floats, power: Floats, boundary_paths: list[tuple[PathLength, float, float]]
 ) -> TabulatedDensity:
-    """Density over psi for which rays are uniform over slant range, family by family.
+    """Density over psi for which rays are uniform over the slant range to a boundary, family by family.
 
     Args:
         directions: Launch directions at the borders of the steps [1], shape (PSI_STEPS + 1, 3).
@@ -206,12 +215,19 @@ def _uniform_density(low: float, high: float) -> TabulatedDensity:
 
 
 def _max_power(beams: Beams, directions: Floats) -> Floats:
-    """Largest power gain of all beams in some directions [1], shape (n,)."""
+    """Largest power gain of all beams in given directions [1], shape (n,)."""
     return np.asarray((beams.gain(directions) ** 2).max(axis=0))
 
 
 def _aim_window(axes: Floats, u_density: TabulatedDensity, corners: Floats, is_flipped: bool) -> AimWindow:
-    """Window of launch directions about a body as seen from an image of the sonar."""
+    """Window of launch directions about the corners, with a margin.
+
+    Args:
+        axes: Boresight, right and down of the array as rows [1], shape (3, 3).
+        u_density: Density over u.
+        corners: Vectors from an image of the sonar to the corners, shape (k, 3).
+        is_flipped: True: the vertical component of the launch directions is reversed.
+    """
     corner_ray = corners * np.array([1, 1, -1 if is_flipped else 1])
     forward, u, down = ((corner_ray / np.maximum(np.linalg.norm(corner_ray, axis=1, keepdims=True), 1e-9)) @ axes.T).T
     psi = np.arctan2(down, forward)

@@ -31,16 +31,16 @@ class TracedPing:
     intersector: RayIntersector
     launch_sampler: LaunchSampler
     transmit: Floats
-    """Position of the transmitter [m], (3,)."""
+    """Position of the transmitter in the frame of the rays [m], (3,)."""
     receive: Floats
-    """Position of the receiver [m], (3,)."""
+    """Position of the receiver in the frame of the rays [m], (3,)."""
     transmit_beams: Beams
     receive_beams: Beams
     laws: Mapping[int, Law | None]
     """Scattering laws of seabed and surface, by interface."""
     attenuation: float
-    """Absorption coefficient of intensity, per metre [Np/m]."""
-    rays: PropagationModel | None = None
+    """Absorption coefficient of intensity: it falls as exp(-attenuation x path length) [1/m]."""
+    propagation_model: PropagationModel | None = None
     """Propagation model of layered water; None in water of one sound speed."""
     facets: FacetSurface | None = None
     """Facets of a moving surface; None: it is flat."""
@@ -49,7 +49,7 @@ class TracedPing:
 
     @property
     def longest_path(self) -> float:
-        """Length of the longest two-direction path that is received [m]."""
+        """Length of the longest two-way path that is received [m]."""
         return self.scene.water.max_sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0)
 
     def exchanged(self, launch_sampler: LaunchSampler) -> "TracedPing":
@@ -74,36 +74,36 @@ class RayBundle:
     origin: Floats
     """Positions [m], (n, 3)."""
     direction: Floats
-    """Directions [1], (n, 3)."""
+    """Unit vectors along the rays [1], (n, 3)."""
     length: Floats
-    """Path lengths so far [m], (n,)."""
+    """Path lengths from the sonar, so far [m], (n,)."""
     delay: Floats
-    """Travel times so far [s], (n,)."""
+    """One-way travel times from the sonar, so far [s], (n,)."""
     launch: Floats
-    """Directions in which they left the sonar [1], (n, 3)."""
+    """Unit vectors in which they left the sonar [1], (n, 3)."""
     solid_angle: Floats
     """Solid angle that each represents [sr], (n,)."""
     energy_fraction: Floats
     """Fraction of the energy that remains after the reflections so far [1], (n,)."""
     receiver_image: Floats
     """Images of the receiver in the reflecting planes so far, curved faces by their tangent planes [m], (n, 3)."""
-    facets: Floats
-    """Of the last facet of a moving surface: travel time to it [s], mean rate of its phase [rad/s] and the variance of
-    that [rad^2/s^2], and its position [m], (n, 6)."""
+    last_facet: Floats
+    """Last reflection off a facet of a moving surface, 0 for none: travel time to it [s], mean rate of the phase there
+    [rad/s] and its variance [rad^2/s^2], and position [m], (n, 6)."""
     is_flat: bool = True
-    """True: all reflections so far are off flat faces, so that spreading is that of a straight path."""
+    """True: no reflection so far is off a curved face, so that spreading is that of a straight path."""
 
     def take(self, rows: Rows) -> "RayBundle":
         """Some of the rays."""
         return RayBundle(
             self.chain, self.origin[rows], self.direction[rows], self.length[rows], self.delay[rows],
             self.launch[rows], self.solid_angle[rows], self.energy_fraction[rows], self.receiver_image[rows],
-            self.facets[rows], self.is_flat,
+            self.last_facet[rows], self.is_flat,
         )  # fmt: skip
 
     @property
     def family(self) -> str:
-        """Name of the chain: D without reflections."""
+        """Letters of the chain in capitals, D without reflections; see the glossary's family."""
         return self.chain.upper() or "D"
 
 
@@ -113,17 +113,17 @@ class ReceiverPaths(NamedTuple):
     leaving_hit: Floats
     """Directions in which they leave the positions [1], (n, 3)."""
     receiver_direction: Floats
-    """Directions of their ends at the receiver, outwards [1], (n, 3)."""
+    """Directions at the receiver, from it towards the last reflection [1], (n, 3)."""
     length: Floats
     """Lengths [m], (n,)."""
     delay: Floats
-    """Travel times [s], (n,)."""
+    """One-way travel times [s], (n,)."""
     spreading: Floats
-    """Intensity by spreading, re 1 m [1], (n,)."""
+    """Intensity by spreading re 1 m [1], (n,)."""
     energy_fraction: Floats
     """Fraction of the energy that remains after the reflections [1], (n,)."""
     is_clear: NDArray[np.bool_]
-    """True where a path is clear and reflected by the faces of the chain, (n,)."""
+    """True where the path reaches the receiver unobstructed, by the reflections of the chain, (n,)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +137,7 @@ class RayHits:
     contribution: str
     """Kind of interface: "seabed", "surface" or "target"."""
     object: str
-    """Object: "seabed", "surface" or a target's label."""
+    """Object that is hit: "seabed", "surface" or a target's label."""
     letter: str
     """Letter of the reflection in chains."""
     law: Law | None

@@ -148,7 +148,7 @@ def _facet_rays(ping: TracedPing, facets: FacetSurface, hits: RayHits) -> RayBun
     bounce = np.column_stack([rays.delay, *facets.phase_rate(rays.direction, direction), rays.origin])
     return replace(
         rays, chain=rays.chain + "s", direction=direction,
-        energy_fraction=rays.energy_fraction * fraction / splits[row], facets=bounce,
+        energy_fraction=rays.energy_fraction * fraction / splits[row], last_facet=bounce,
     )  # fmt: skip
 
 
@@ -161,7 +161,7 @@ def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str
         image: Images of the receiver in the planes of the chain [m], shape (n, 3) or (3,).
         chain: Letters of the reflections, from the receiver outwards.
     """
-    if ping.rays is None:
+    if ping.propagation_model is None:
         image_vector = image - position
         length = np.linalg.norm(image_vector, axis=1)
         leaving_hit = image_vector / np.maximum(length, 1e-9)[:, None]
@@ -200,7 +200,7 @@ def _trace_to_receiver(
                 fraction *= bounce_roughness_factor(ping.scene, remaining / length, length, sine, wavelength)
         if letter:
             direction = specular_direction(direction, normal)
-    miss = MAX_MISS_DISTANCE if ping.rays is None else MAX_REFRACTED_MISS_DISTANCE
+    miss = MAX_MISS_DISTANCE if ping.propagation_model is None else MAX_REFRACTED_MISS_DISTANCE
     is_clear &= np.linalg.norm(origin - ping.receive, axis=1) < miss
     return ReceiverPaths(leaving_hit, -direction, length, delay, 1 / length**2, fraction, is_clear)
 
@@ -220,7 +220,7 @@ def face_chains(ping: TracedPing) -> list[tuple[str, Floats, Floats]]:
         transmit, receive = (
             _chain_image(chain, plane, position, ping.scene.seabed.depth) for position in (ping.transmit, ping.receive)
         )
-        is_reflected = ping.rays is None or abs(plane.normal[2]) < MAX_UPRIGHT_COMPONENT
+        is_reflected = ping.propagation_model is None or abs(plane.normal[2]) < MAX_UPRIGHT_COMPONENT
         if is_reflected and transmit is not None and receive is not None:
             images.append((chain, transmit, receive))
     return images
