@@ -74,7 +74,7 @@ class PathEnds(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _b_spline_weights(t: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
-    """Cubic B-spline weights of four nodes at a fraction t from the second to the third, and two derivatives."""
+    """Cubic B-spline weights of four nodes, t from the second to the third; their first and second derivatives by t."""
     s = 1 - t
     value = (s * s * s / 6, (3 * t - 6) * t * t / 6 + 2 / 3, (3 * s - 6) * s * s / 6 + 2 / 3, t * t * t / 6)
     first = (-s * s / 2, (1.5 * t - 2) * t, (2 - 1.5 * s) * s, t * t / 2)

@@ -30,7 +30,7 @@ Integers = NDArray[np.int64]
 Rows = NDArray[np.int32]
 
 MAX_CRESTS = 4
-"""Largest number of crests before a point that are evaluated, from the last one back to the sonar."""
+"""Largest number of crests before a point that are evaluated, from the last one back towards the sonar."""
 
 CREST = np.dtype(
     [("sample", "i4"), ("launch_slope", "f4"), ("trough_depth", "f4"), ("negligible_beyond", "f4")],
@@ -153,7 +153,7 @@ def launch_horizon(launch_slope: Floats, distance: Floats, rising: bool, wavelen
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def negligible_beyond(distance: float, trough_depth: float, wavelength: float) -> float:
-    """Length of a leg beyond which a crest changes no clear ray by more than `NEGLIGIBLE_CHANGE`, horizontal [m].
+    """Horizontal length of a leg beyond which a crest changes clear rays by less than `NEGLIGIBLE_CHANGE` [m].
 
     The hollow behind it is then shallow against the Fresnel zone, for any clear ray, see
     `insonify.propagation.knife_edge_kernel.crest_is_negligible`.
@@ -205,8 +205,8 @@ def occlude_terrain_points(
 ) -> None:
     """Set `rays.visible` False for points of the seabed that it hides; multiply the factors of crests before them.
 
-    Crests are those over which sound is diffracted. The launch slope to a point follows from the seabed of its line,
-    linearly between samples, so `rays.launch_slope` is not read.
+    The launch slope of the ray to a point is interpolated linearly between the samples of its line, so
+    `rays.launch_slope` is not read.
 
     Args:
         horizon: Launch horizon along the lines.
@@ -273,7 +273,7 @@ def diffract_over_crests(
             continue
         slope, blocking_sample = float(launch_slope[n]), -1
         if slope > lowest[s, k] and terrain_slope[s, k] <= lowest[s, k]:
-            blocking_sample = k  # the ray ends below terrain that is still rising
+            blocking_sample = k  # it enters terrain where the launch horizon still falls: no crest yet
         ray = CrestRay(s, n, 1.0, slope, ENDLESS, distance[n])
         count = add_candidates(horizon, last_crest[s, k], blocking_sample, ray, step, wavelength, candidates, 0)
         multiply_strongest_crests(candidates, count, wavelength, table, factor)
@@ -305,7 +305,7 @@ def diffract_rising_rays(
             continue
         slope, blocking_sample = float(launch_slope[n]), -1
         if not visible[n] and terrain_slope[s, first] > slope:
-            blocking_sample = first  # the ray starts below the terrain at the bounce
+            blocking_sample = first  # the ray lies below the terrain at the first sample tested
         ray = CrestRay(s, n, -1.0, slope, float(end), distance[n])
         count = add_candidates(horizon, last_crest[s, first], blocking_sample, ray, step, wavelength, candidates, 0)
         multiply_strongest_crests(candidates, count, wavelength, table, factor)

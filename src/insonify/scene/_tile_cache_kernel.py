@@ -21,7 +21,7 @@ def fits(tiles: Integers, slot: Integers, number: Integers, readers: Integers) -
     """Return True if all of some tiles can be cached at once without replacing a tile that a thread reads.
 
     Arguments are those of `claim`. Rows that are being read, and cached tiles among the requested, are retained; the
-    others must suffice for the missing tiles. A missing tile whose slot holds a tile being read has to wait.
+    others must suffice for the missing tiles, and no missing tile may have the slot of a tile that is being read.
     """
     table_size, is_occupied, missing, retained = slot.shape[0], False, 0, 0
     for w in range(tiles.shape[0]):
