@@ -34,7 +34,7 @@ class EngineCaches:
     energy_fractions: ArrayCache = field(default_factory=lambda: ArrayCache(ENERGY_FRACTION_BYTES))
     """Energy fractions of pairs of families, by the families, depths of the ends, recording window and beam axes."""
     layouts: RecentResults[QuadratureLayout] = field(default_factory=lambda: RecentResults(MAX_CACHED_LAYOUTS))
-    """Quadrature points about the sonar, by its ends and beams re its midpoint, the boundary's depth, and the sampling."""
+    """Quadrature points about the sonar, by ends and beams re its midpoint, the boundary's depth, and the sampling."""
     specular_points: RecentResults[SpecularPoints | None] = field(default_factory=lambda: RecentResults(PATHS))
     """Specular points of relief, by the positions of both ends of a path, or their images, and the wavelength."""
     boundary_echoes: RecentResults[Pairs] = field(default_factory=lambda: RecentResults(PINGS))
