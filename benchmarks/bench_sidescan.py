@@ -13,6 +13,7 @@ WINDOW = 0.267
 """Of one ping [s]: 200 m there and back."""
 GOALS = {0: 50.0, 2: 15.0, 4: 7.0}
 """Times real time on two cores, by the most bounces of a leg."""
+CHANGED_ORDERS = (0, 2)
 SURVEYS = {0: 10.0, 2: 25.0}
 """Seconds for a thousand pings, written."""
 WARM, PINGS = 100, 300
@@ -36,6 +37,19 @@ track:
    window: [0 ms, 267 ms]}
 paths: {max_reflections: ORDER}
 """
+ROLLING = (
+    "window: [0 ms, 267 ms]",
+    "window: [0 ms, 267 ms], motion: {roll: {rms: 1 deg, period: 5 s}, heave: {rms: 5 cm, period: 5 s}}",
+)
+"""Part of the scene, and what takes its place where the platform rolls and heaves."""
+LAYERED = (
+    "seabed: {",
+    "water: {profile: [[0 m, 1505 m/s], [8 m, 1500 m/s], [20 m, 1490 m/s]], smoothing: 1 m}\nseabed: {",
+)
+"""The same where the sound speed changes with depth."""
+CHANGED = {"rolling platform": ROLLING, "layered water": LAYERED}
+CHANGED_FACTOR = 1.5
+"""Processor time of these scenes over that of the scene as it is, at most [1]."""
 
 
 def sidescan(order: int) -> Scenario:
@@ -64,6 +78,26 @@ def pings() -> list[Result]:
     return found
 
 
+def changed() -> list[Result]:
+    """Processor time where the platform rolls, and in layered water, re that of the scene as it is."""
+    found = []
+    for order in CHANGED_ORDERS:
+        pings = max(PINGS // 10, 1)
+        _, plain = ping_seconds(build_simulator(sidescan(order)), WARM // 10, pings)
+        for name, parts in CHANGED.items():
+            scene = loaded(SCENE.replace(*parts).replace("ORDER", str(order)))
+            _, cores = ping_seconds(build_simulator(scene), WARM // 10, pings)
+            found.append(
+                Result(
+                    f"sidescan ping, up to {order} bounces, {name}",
+                    cores / plain,
+                    "x that of the scene as it is",
+                    f"goal {CHANGED_FACTOR:g}",
+                )
+            )
+    return found
+
+
 def surveys() -> list[Result]:
     """A thousand pings, to disk."""
     found = []
@@ -80,5 +114,6 @@ SMALL = {
     "SCENE": SCENE.replace("pings: 1000", "pings: 3").replace("[0 ms, 267 ms]", "[20 ms, 40 ms]"),
     "SURVEYS": {0: 10.0},
     "GOALS": {0: 50.0, 2: 15.0},
+    "CHANGED_ORDERS": (0,),
 }
-BENCHES = [pings, surveys]
+BENCHES = [pings, changed, surveys]
