@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from insonify.formats.loose_rows import append_row, delete_loose_rows, loose_rows, loose_shards
+from insonify.formats.loose_rows import append_row, loose_files, loose_rows, loose_shards
 
 ROWS = 200
 
@@ -25,7 +25,7 @@ def test_rows_of_many_threads_are_whole(tmp_path: Path) -> None:
     """Eight threads of one process append at once: each row is there with its bytes, and a shard is one file."""
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(lambda row: append(tmp_path, row), range(ROWS)))
-    found = loose_rows(tmp_path, intact=True)
+    found = loose_rows(tmp_path, intact=range(ROWS))
     assert {row: one.content() for row, one in found.items()} == {row: content(row) for row in range(ROWS)}
     assert len(list(tmp_path.iterdir())) == len(loose_shards(tmp_path)) == ROWS // 8
 
@@ -51,14 +51,15 @@ def test_a_forked_process_has_files_of_its_own(tmp_path: Path) -> None:
         os._exit(0)
     assert os.waitpid(child, 0)[1] == 0
     append(tmp_path, 2)
-    assert len(list(tmp_path.iterdir())) == 2 and sorted(loose_rows(tmp_path, 0)) == [0, 1, 2]
+    assert len(list(tmp_path.iterdir())) == 2 and sorted(loose_rows(tmp_path, [0])) == [0, 1, 2]
 
 
-def test_the_rows_of_a_shard_are_deleted_alone(tmp_path: Path) -> None:
+def test_the_files_of_a_shard_are_its_own(tmp_path: Path) -> None:
     """Those of others stay; a folder that is not there has none."""
     for row in (3, 8, 9, 16):
         append(tmp_path, row)
-    delete_loose_rows(tmp_path, 1)
+    for file in loose_files(tmp_path, [1]):
+        file.unlink()
     assert sorted(loose_rows(tmp_path)) == [3, 16] and loose_shards(tmp_path) == {0, 2}
     assert loose_rows(tmp_path / "none") == {} and loose_shards(tmp_path / "none") == set()
 

@@ -20,7 +20,7 @@ from fsspec.implementations.local import LocalFileSystem
 from fsspec.implementations.memory import MemoryFileSystem
 
 from insonify.cli import main
-from insonify.formats import shards
+from insonify.formats import recording_state, shards
 from insonify.formats.label_store import open_labels
 from insonify.formats.locations import is_url
 from insonify.formats.loose_rows import append_row
@@ -380,3 +380,23 @@ def test_twenty_processes_are_killed_and_the_recording_is_the_serial_one(tmp_pat
     write_and_kill_apart(__file__, url, parts=3, at_once=2, longest=0.06)
     found = {name: content for name, content in objects(url).items() if not name.endswith(".partial")}
     assert found == on_disk()
+
+
+def test_the_status_counts_a_shard_that_is_put_meanwhile(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Deleted from this machine after it was looked at there, or before: its pings are never missing."""
+    act = recording_state.zarr_store.recorded_pings
+    for name in "ab":
+        mine = StoreWriter(f"{url}-{name}", layout(), SAME)
+        mine.missing(list(range(PER_SHARD)))
+        for ping in range(PER_SHARD - 1):
+            mine.write(ping, sound(ping), None)
+
+        def late(path: Path, mine: StoreWriter = mine, first: bool = name == "a") -> np.ndarray:
+            found = None if first else act(path)
+            monkeypatch.setattr(recording_state.zarr_store, "recorded_pings", act)
+            mine.write(PER_SHARD - 1, sound(PER_SHARD - 1), None)
+            return act(path) if found is None else found
+
+        monkeypatch.setattr(recording_state.zarr_store, "recorded_pings", late)
+        state = recording_state.recording_state(f"{url}-{name}")
+        assert np.flatnonzero(state.recorded).tolist() == list(range(PER_SHARD)) and state.loose == 0

@@ -14,10 +14,12 @@ import numpy as np
 
 from insonify.formats import shards
 from insonify.part import Part
+from insonify.records.labels import LabelNames, Labels
 from insonify.records.recording import RecordingLayout
 
 PINGS, CHANNELS, SAMPLES, PER_SHARD = 150, 2, 6, 64
 SAME = {"scenario": "title: here", "seed": 1, "version": "0"}
+NAMES = LabelNames(("seabed", "surface", "box"), ("D-D", "D-S"))
 
 
 def layout(pings: int = PINGS) -> RecordingLayout:
@@ -30,6 +32,19 @@ def layout(pings: int = PINGS) -> RecordingLayout:
 def sound(ping: int) -> np.ndarray:
     """Some pressure, another one for every ping."""
     return np.random.default_rng(ping).normal(size=(CHANNELS, 2 * SAMPLES)).astype(np.float32).view(np.complex64)
+
+
+@cache
+def labels(ping: int) -> Labels:
+    """Some labels, others for every ping; each third ping has masks of False only."""
+    rng, shape = np.random.default_rng(1000 + ping), (CHANNELS, SAMPLES)
+    rows = (rng.integers(0, 3, shape).astype(np.uint8) for _ in range(3))
+    masks = (rng.random(shape) < (0.5 if ping % 3 else 0.0) for _ in range(3))
+    return Labels(
+        rng.random(shape), rng.random((CHANNELS, len(NAMES.objects), SAMPLES)), next(rows), *masks, next(rows),
+        pair_intensity=rng.random((CHANNELS, len(NAMES.pairs), SAMPLES)), strongest_pair=next(rows),
+        position=rng.random((*shape, 3)), distance=rng.random(shape), grazing=rng.random(shape),
+    )  # fmt: skip
 
 
 def write_and_kill(write_part: Callable[..., object], target: str, parts: int, at_once: int, longest: float) -> None:

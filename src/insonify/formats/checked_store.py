@@ -15,7 +15,7 @@ from zarr.core.buffer import Buffer, BufferPrototype
 from zarr.storage import WrapperStore
 
 from insonify.formats.chunk_sizes import HEAD, require_declared_size
-from insonify.formats.shards import ABSENT
+from insonify.formats.shards import ABSENT, LOOSE
 from insonify.formats.store_description import REPAIR_ADVICE, SOUND, StoreError
 
 CHECKSUM = 4
@@ -49,7 +49,9 @@ class CheckedStore(WrapperStore[Store]):
             reason: What is wrong with it.
         """
         advice, again = REPAIR_ADVICE, f"insonify run FILE -o {self._recording}"
-        if self._labels:
+        if key.startswith(LOOSE):
+            advice = f"Write its pings again: {again}{' --labels' * bool(self._labels)}"
+        elif self._labels:
             advice = f"Delete {self._recording}/{self._labels} and label again: {again} --labels"
         elif key.partition("/")[0] in (*SOUND, "done"):
             advice = f"Delete it and simulate its pings again: {again}"

@@ -8,7 +8,7 @@ import os
 import shutil
 import uuid
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,7 +26,7 @@ from insonify.formats.checked_store import CheckedStore
 from insonify.formats.locations import is_url
 from insonify.formats.named_chunks import open_named_chunks
 from insonify.formats.object_store import ObjectStore
-from insonify.formats.shards import pack_shards, put_rows, recorded_rows, row_array
+from insonify.formats.shards import RowArray, pack_shards, put_rows, recorded_rows, row_array
 from insonify.formats.store_description import (
     IDENTITY,
     StoreError,
@@ -34,7 +34,7 @@ from insonify.formats.store_description import (
     read_description,
     require_consistent_sizes,
 )
-from insonify.formats.zarr_store import PACKED, identity, ping_entry, require_own_recording
+from insonify.formats.zarr_store import PACKED, identity, ping_entry, require_own_recording, sweep
 from insonify.ocean.profile import FASTEST
 from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
 from insonify.records.recording import RecordingLayout
@@ -109,6 +109,7 @@ def create_labels(
         StoreError: Another run has replaced the recording meanwhile.
     """
     target, mine = Path(path) / FOLDER, require_own_recording(path, into)
+    sweep(target)
     if _labelled_identity(target) == mine:
         return
     aside = target.parent / f".{FOLDER}.{uuid.uuid4().hex}.partial"
@@ -191,9 +192,11 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
         packed = stored[array.name] = np.empty((channels, array.row_count, samples), array.dtype)
         for column, rows in array.rows.items():
             _store(getattr(labels, column), COLUMNS[column][2], packed[:, rows])
-    arrays = {name: row_array(folder, name) for name, values in stored.items() if values.dtype != bool or values.any()}
-    encoded = [(array, ping, array.codec.encode(stored[name])) for name, array in arrays.items()]
-    put_rows([*encoded, ping_entry(folder, ping)], confirm)  # a chunk that is not there reads as False
+    encoded = list[tuple[RowArray, int, bytes]]()
+    for name, values in stored.items():
+        target, is_written = row_array(folder, name), values.dtype != bool or values.any()
+        encoded.append((target, ping, target.codec.encode(values) if is_written else b""))  # what is not there is False
+    put_rows([*encoded, ping_entry(folder, ping)], confirm)
 
 
 def _require_own_labels(path: str | Path, mine: str) -> None:
@@ -223,15 +226,17 @@ def _fill(dtype: type) -> Any:
     return np.nan if np.issubdtype(dtype, np.floating) else dtype(0) if dtype is np.bool_ else 255
 
 
-def labelled_pings(path: str | Path, *, intact: bool = False) -> NDArray[np.bool_]:
+def labelled_pings(path: str | Path, *, intact: Collection[int] = ()) -> NDArray[np.bool_]:
     """Mask of the labelled pings of a recording, shape (ping,).
 
     Args:
         path: Folder of the recording.
-        intact: See `insonify.formats.shards.recorded_rows`.
+        intact: See `insonify.formats.loose_rows.loose_rows`.
     """
     folder = Path(path) / FOLDER
-    return recorded_rows(folder, [row_array(folder, POSITION)], intact=intact)
+    arrays = [row_array(folder, name) for name in _array_names(folder)]
+    needed = [array for array in arrays if array.per_shard > 1 or array.name == POSITION]  # else False has no file
+    return recorded_rows(folder, needed, intact=intact)
 
 
 def open_labels(path: str | Path) -> xr.Dataset:
@@ -266,7 +271,8 @@ def _open_on_disk(path: Path) -> xr.Dataset:
                 f"{folder} are labels of another recording. Make its own: insonify run FILE -o {path} --labels"
             )
         store = CheckedStore(LocalStore(folder, read_only=True), path, description, FOLDER)
-        return open_named_chunks(store, folder, mask_and_scale=False)
+        dataset = open_named_chunks(store, folder, mask_and_scale=False)
+        return dataset.assign(done=dataset["done"].load().copy(data=labelled_pings(path)))
 
 
 def _taken_apart(dataset: xr.Dataset, names: LabelNames) -> xr.Dataset:

@@ -6,11 +6,10 @@ ping: on some file systems a new file costs a millisecond, and clusters limit th
 killed leaves at most the last record of its files incomplete, which then ends the file.
 """
 
-import errno
 import os
 import struct
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -40,11 +39,11 @@ class LooseRow(NamedTuple):
             FileNotFoundError: The file was deleted.
             ValueError: The bytes are not those that were written.
         """
-        with self.file.open("rb", buffering=0) as opened:
+        with self.file.open("rb") as opened:
             opened.seek(self.offset)
             content = opened.read(self.length)
         if len(content) != self.length or crc32c(content) != self.checksum:
-            raise ValueError(f"{self.file} has damaged bytes from {self.offset} on")
+            raise ValueError(f"its bytes from {self.offset} on are not those that were written")
         return content
 
     def is_intact(self) -> bool:
@@ -55,8 +54,8 @@ class LooseRow(NamedTuple):
         return False
 
 
-class _OwnFiles:
-    """Suffix of the files of this process: new in a forked one, and after a record that is incomplete."""
+class OwnFiles:
+    """Suffix of the files of this process: new of each writer, in a forked one, and after an incomplete record."""
 
     suffix = uuid.uuid4().hex
 
@@ -67,7 +66,7 @@ class _OwnFiles:
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_OwnFiles.renew)
+    os.register_at_fork(after_in_child=OwnFiles.renew)
 
 
 def append_row(folder: Path, shard: int, row: int, content: bytes, confirm: Confirm) -> None:
@@ -76,65 +75,67 @@ def append_row(folder: Path, shard: int, row: int, content: bytes, confirm: Conf
     The file is opened in the folder before `confirm` is called: so it is never that of another recording.
 
     Args:
-        folder: Folder of the loose rows of an array.
+        folder: Folder of the loose rows of an array, two levels below the recording or its labels, which are there.
         shard: Number of the shard.
         row: Number of the row.
-        content: Its bytes, compressed.
+        content: Its bytes, compressed; none: the row is that of an array without it.
         confirm: Function that raises an error where the folder is that of another recording by now.
     """
     head = _HEADER.pack(row, len(content), crc32c(content), 0)[:_CHECKED]
     record = head + crc32c(head).to_bytes(4, "little") + content
-    file = folder / f"{shard}-{_OwnFiles.suffix}"
+    file = folder / f"{shard}-{OwnFiles.suffix}"
     try:
         opened = file.open("ab", buffering=0)
     except FileNotFoundError:
         confirm()
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.parent.mkdir(exist_ok=True)  # without parents: a recording that was renamed since is not made anew
+        folder.mkdir(exist_ok=True)
         opened = file.open("ab", buffering=0)
     with opened:
         confirm()
         try:
-            if opened.write(record) != len(record):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            while record:  # in one call, unless the disk is full or there are more than 2 GB
+                record = record[opened.write(record) :]
         except BaseException:
-            _OwnFiles.renew()
+            OwnFiles.renew()
             raise
 
 
-def loose_rows(folder: Path, shard: int | None = None, *, intact: bool = False) -> dict[int, LooseRow]:
+def loose_rows(
+    folder: Path, shards: Collection[int] | None = None, *, intact: Collection[int] = ()
+) -> dict[int, LooseRow]:  # fmt: skip
     """Rows that are loose.
 
     Args:
         folder: Folder of the loose rows of an array; without it there are none.
-        shard: Number of the shard; None: of all.
-        intact: True: only those whose bytes are the ones that were written; all of them are read.
+        shards: Numbers of the shards; None: all.
+        intact: Shards of which only those rows count whose bytes are the ones that were written; all of them are read.
     """
     return {
-        row: found for file in _files(folder, shard) for row, found in _records(file)
-        if not intact or found.is_intact()
+        row: found for file in loose_files(folder, shards) for row, found in _records(file)
+        if _shard(file) not in intact or found.is_intact()
     }  # fmt: skip
 
 
 def loose_shards(folder: Path) -> set[int]:
     """Numbers of the shards with loose rows."""
-    return {int(file.name.partition("-")[0]) for file in _files(folder)}
+    return {_shard(file) for file in loose_files(folder)}
 
 
-def delete_loose_rows(folder: Path, shard: int) -> None:
-    """Delete the loose rows of a shard, those of all processes."""
-    for file in _files(folder, shard):
-        file.unlink(missing_ok=True)
-
-
-def _files(folder: Path, shard: int | None = None) -> list[Path]:
-    """Files of a shard, or of all, in the order of their names."""
+def loose_files(folder: Path, shards: Collection[int] | None = None) -> list[Path]:
+    """Files of some shards, those of all processes, in the order of their names; None: of all shards."""
     with suppress(FileNotFoundError):
         split = [name.partition("-") for name in sorted(os.listdir(folder))]
         return [
             folder / "".join(parts) for parts in split
-            if parts[0].isdecimal() and parts[1] and shard in (None, int(parts[0]))
+            if parts[0].isdecimal() and parts[1] and (shards is None or int(parts[0]) in shards)
         ]  # fmt: skip
     return []
+
+
+def _shard(file: Path) -> int:
+    """Number of the shard to which the rows of a file belong."""
+    return int(file.name.partition("-")[0])
 
 
 def _records(file: Path) -> Iterator[tuple[int, LooseRow]]:

@@ -12,7 +12,8 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from insonify.formats.checked_store import CheckedStore
-from insonify.formats.shards import LOOSE, row_array
+from insonify.formats.loose_rows import LooseRow
+from insonify.formats.shards import LOOSE, RowArray, row_array
 from insonify.formats.store_description import StoreError
 
 
@@ -21,7 +22,7 @@ def open_named_chunks(store: CheckedStore, folder: Path | None, *, mask_and_scal
 
     Args:
         store: Store with the group.
-        folder: Folder with its loose pings; None: none, in an object store.
+        folder: Folder with its loose pings, whose entries `done` lacks; None: none, in an object store.
         mask_and_scale: False: numbers stay as they are stored, fill values too.
     """
     try:
@@ -71,16 +72,27 @@ class _NamedChunks(BackendArray):
         They are read before the shards: a row that is packed meanwhile is in one of them.
         """
         loose_values: dict[Any, NDArray[np.generic]] = {}
-        if self.folder is None or not (self.folder / LOOSE / self.name).is_dir():
+        if self.folder is None or self.name == "done" or not (self.folder / LOOSE / self.name).is_dir():
             return loose_values
         array, rows = row_array(self.folder, self.name), np.arange(self.shape[0])[key[0]]
-        loose = array.loose_rows()
+        loose = array.loose_rows(np.unique(rows // array.per_shard).tolist())
         for index, row in enumerate(np.atleast_1d(rows).tolist()):
             if row in loose:
                 with suppress(FileNotFoundError):  # packed meanwhile
-                    one = xr.Variable(self.stored.dims, array.decoded(loose[row].content()))[(0, *key[1:])]
-                    loose_values[index if rows.ndim else ()] = one.values
+                    if content := self._loose_content(array, row, loose[row]):
+                        one = xr.Variable(self.stored.dims, array.decoded(content))[(0, *key[1:])]
+                        loose_values[index if rows.ndim else ()] = one.values
         return loose_values
+
+    def _loose_content(self, array: RowArray, row: int, loose: LooseRow) -> bytes:
+        """Bytes of a loose row; where they are damaged, those of another file to which it was written again."""
+        try:
+            return loose.content()
+        except ValueError as fault:
+            shard = (row // array.per_shard,)
+            if other := array.loose_rows(shard, intact=shard).get(row):
+                return other.content()
+            raise self.store.damaged(loose.file.relative_to(array.group).as_posix(), fault) from None
 
     def _first_damaged(self, key: tuple[Any, ...]) -> str:
         """Name of the first chunk or shard with a row of a key that cannot be unpacked; the array if all can."""

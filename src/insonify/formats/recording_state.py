@@ -70,15 +70,17 @@ def recording_state(path: str | Path) -> RecordingState:
 
 def _state_in_store(store: ObjectStore) -> RecordingState:
     description = store.require_recording()
+    spool = spooled_recording(store.url, description["attributes"][IDENTITY])
+    waiting, there = None, None
+    if (spool / "zarr.json").is_file():  # looked at before the store, into which a shard may be put meanwhile
+        waiting, there = zarr_store.recorded_pings(spool), _labelled_on_disk(spool)
     names = store.names()
     *labels, sound = groups_of(description, store.description(label_store.FOLDER))
     recorded, labelled, loose = sound.rows(names), labels[0].rows(names) if labels else None, 0
-    spool = spooled_recording(store.url, description["attributes"][IDENTITY])
-    if (spool / "zarr.json").is_file():
-        waiting = zarr_store.recorded_pings(spool) & ~recorded
-        recorded, loose = recorded | waiting, int(waiting.sum())
-        if labelled is not None and (there := _labelled_on_disk(spool)) is not None:
-            labelled = labelled | there
+    if waiting is not None:
+        recorded, loose = recorded | waiting, int((waiting & ~recorded).sum())
+    if labelled is not None and there is not None:
+        labelled = labelled | there
     return RecordingState(store.url, recorded, labelled, sound.done.per_shard, loose, spool)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.formats import label_store, zarr_store
+from insonify.formats.loose_rows import OwnFiles
 from insonify.formats.shards import pack_shards, row_array
 from insonify.formats.store_description import WriteError
 from insonify.part import Part
@@ -44,10 +45,12 @@ class RecordingWriter:
         self.path, self._lines, self._labelled = Path(path), lines, label_names is not None
         with writing(self.path):
             self._identity = zarr_store.create_recording(path, layout, attributes, overwrite=overwrite, shard=shard)
+        with writing(self.path, self._identity):
             if label_names is not None:
                 label_store.create_labels(path, label_names, layout, attributes, into=self._identity)
-        self._per_shard = row_array(path, "done").per_shard
+            self._per_shard = row_array(path, "done").per_shard
         self._left = Counter[int]()
+        OwnFiles.renew()  # what is damaged in those of an earlier run of this process ends them
 
     def of_part(self, part: Part | None, pings: list[int]) -> list[int]:
         """Those of some pings that belong to a part; None: all."""
@@ -60,7 +63,8 @@ class RecordingWriter:
         Args:
             pings: Numbers of the pings.
         """
-        recorded, lines, whole = self.masks()
+        with writing(self.path, self._identity):
+            recorded, lines, whole = self.masks(pings)
         if self._lines is not None:
             pings = self._lines.plan(pings, recorded, lines)
         jobs = [(ping, False, True) for ping in pings if recorded[ping] and not whole[ping]]
@@ -68,11 +72,16 @@ class RecordingWriter:
         self._left = Counter(ping // self._per_shard for ping, *_ in jobs)
         return jobs, len(pings)
 
-    def masks(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
-        """Masks of recorded pings, of recorded lines, and of pings that are labelled or need no labels."""
-        recorded = zarr_store.recorded_pings(self.path, intact=True)
-        lines = zarr_store.recorded_lines(self.path) if self._lines is not None else np.zeros(0, bool)
-        whole = label_store.labelled_pings(self.path, intact=True) if self._labelled else np.ones(len(recorded), bool)
+    def masks(self, pings: list[int]) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Masks of recorded pings, of recorded lines, and of pings that are labelled or need no labels.
+
+        Args:
+            pings: Pings whose shards are looked at for damaged bytes.
+        """
+        own = {ping // self._per_shard for ping in pings}
+        recorded = zarr_store.recorded_pings(self.path, intact=own)
+        lines = zarr_store.recorded_lines(self.path, intact=own) if self._lines is not None else np.zeros(0, bool)
+        whole = label_store.labelled_pings(self.path, intact=own) if self._labelled else np.ones(len(recorded), bool)
         return recorded, lines, whole
 
     def write(self, ping: int, series: NDArray[np.generic] | None, labels: Labels | None) -> None:

@@ -11,7 +11,7 @@ import math
 import os
 import time as clock
 import uuid
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -25,7 +25,7 @@ from numcodecs.zstd import Zstd
 from numpy.typing import NDArray
 
 from insonify.formats.chunk_sizes import require_declared_size
-from insonify.formats.loose_rows import Confirm, LooseRow, append_row, delete_loose_rows, loose_rows, loose_shards
+from insonify.formats.loose_rows import Confirm, LooseRow, append_row, loose_files, loose_rows, loose_shards
 
 LOOSE = ".loose"
 """Folder of the loose pings of a recording, or of its labels."""
@@ -95,6 +95,13 @@ class RowArray(NamedTuple):
         key = self.separator.join(["c", str(shard), *["0"] * (len(self.shape) - 1)])
         return self.group / self.name / key
 
+    def make_folder(self, shard: int) -> None:
+        """Make the folder of a shard's file; a recording that was renamed meanwhile is not made anew."""
+        file, folder = self.shard_file(shard), self.group
+        for name in file.parent.relative_to(folder).parts:
+            folder /= name
+            folder.mkdir(exist_ok=True)
+
     @property
     def loose_folder(self) -> Path:
         """Folder of the loose rows."""
@@ -104,9 +111,11 @@ class RowArray(NamedTuple):
         """Rows of a shard."""
         return range(shard * self.per_shard, min((shard + 1) * self.per_shard, self.shape[0]))
 
-    def loose_rows(self, shard: int | None = None, *, intact: bool = False) -> dict[int, LooseRow]:
+    def loose_rows(
+        self, shards: Collection[int] | None = None, *, intact: Collection[int] = ()
+    ) -> dict[int, LooseRow]:  # fmt: skip
         """Rows that are loose; arguments see `loose_rows.loose_rows`."""
-        return {} if self.per_shard == 1 else loose_rows(self.loose_folder, shard, intact=intact)
+        return {} if self.per_shard == 1 else loose_rows(self.loose_folder, shards, intact=intact)
 
     def loose_shards(self) -> set[int]:
         """Shards with loose rows."""
@@ -164,15 +173,15 @@ def put_rows(rows: Iterable[tuple[RowArray, int, bytes]], confirm: Confirm = _co
     """
     files = []
     for array, row, content in rows:
-        if array.per_shard == 1:
-            files.append((array.shard_file(row), content))
-        else:
+        if array.per_shard > 1:
             append_row(array.loose_folder, row // array.per_shard, row, content, confirm)
+        elif content:
+            files.append((array, row, content))
     if files:
-        put_chunks(files, confirm)
+        _put_chunks(files, confirm)
 
 
-def put_chunks(chunks: Iterable[tuple[Path, bytes]], confirm: Confirm = _confirmed) -> None:
+def _put_chunks(chunks: Iterable[tuple[RowArray, int, bytes]], confirm: Confirm) -> None:
     """Write files atomically, as zarr does but ten times as fast: under other names, then renamed in their order.
 
     A recording may be replaced by another at any moment: its folder is renamed, and a new one takes its name. The files
@@ -180,14 +189,20 @@ def put_chunks(chunks: Iterable[tuple[Path, bytes]], confirm: Confirm = _confirm
     where it is the new one, `confirm` does.
 
     Args:
-        chunks: File of each chunk, and its bytes, compressed.
+        chunks: Array, number and bytes of each chunk, compressed.
         confirm: Function that raises an error where the path is that of another recording by now.
     """
     pending: list[tuple[Path, Path]] = []
     try:
-        for file, content in chunks:
+        for array, row, content in chunks:
+            file = array.shard_file(row)
             pending.append((file.with_name(f".{file.name}.{uuid.uuid4().hex}.partial"), file))
-            _create(pending[-1][0], content, confirm)
+            try:
+                pending[-1][0].write_bytes(content)
+            except FileNotFoundError:
+                confirm()
+                array.make_folder(row)
+                pending[-1][0].write_bytes(content)
         confirm()
         while pending:
             os.replace(*pending[0])
@@ -198,16 +213,6 @@ def put_chunks(chunks: Iterable[tuple[Path, bytes]], confirm: Confirm = _confirm
     finally:
         for aside, _ in pending:
             aside.unlink(missing_ok=True)
-
-
-def _create(file: Path, content: bytes, confirm: Confirm) -> None:
-    """Create a file, and its folder if the recording is still the intended one."""
-    try:
-        file.write_bytes(content)
-    except FileNotFoundError:
-        confirm()
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(content)
 
 
 @contextmanager
@@ -223,25 +228,27 @@ def _renamed(file: Path, folder: Path, confirm: Confirm) -> Iterator[Path]:
     os.replace(aside, file)
 
 
-def recorded_rows(group: Path, arrays: list[RowArray], *, intact: bool = False) -> NDArray[np.bool_]:
+def recorded_rows(group: Path, arrays: list[RowArray], *, intact: Collection[int] = ()) -> NDArray[np.bool_]:
     """Mask of the rows of `done` that are entered and are there in each of some arrays, shape (row,).
+
+    Loose rows are looked at before shards: those that are packed meanwhile are in a shard then.
 
     Args:
         group: Folder of the recording, or of its labels.
         arrays: Arrays over the same rows.
-        intact: True: loose rows count only where their bytes are the ones that were written; all of them are read.
+        intact: See `loose_rows.loose_rows`.
     """
     done = row_array(group, "done")
     mask = np.zeros(done.shape, bool)
+    loose = set(done.loose_rows(intact=intact))
+    if loose:
+        loose.intersection_update(*(array.loose_rows(intact=intact) for array in arrays))
     for shard in numbered(group / "done" / "c"):
         rows = done.rows(shard)
         entered = _entries(done, shard)[: len(rows)]
         there = all(array.shard_file(shard).is_file() for array in arrays)
         mask[rows.start : rows.start + len(entered)] = entered & there
-    loose = set(done.loose_rows(intact=intact))
-    if loose:
-        loose.intersection_update(*(array.loose_rows(intact=intact) for array in arrays))
-        mask[sorted(loose)] = True
+    mask[sorted(loose)] = True
     return mask
 
 
@@ -265,9 +272,11 @@ def pack_shards(
         shards = {shard for array in (done, *arrays) for shard in array.loose_shards()}
     for shard in sorted(shards):
         if _is_packed(done, arrays, shard) or _pack(done, arrays, shard, confirm):
-            confirm()
-            for array in (done, *arrays):  # entries first: without them, no other writer packs what is left
-                delete_loose_rows(array.loose_folder, shard)
+            # Entries first: without them, no other writer packs what is left.
+            packed = [file for array in (done, *arrays) for file in loose_files(array.loose_folder, [shard])]
+            confirm()  # after the files were listed, which are not those of a recording that takes its place
+            for file in packed:
+                file.unlink(missing_ok=True)
 
 
 def _sweep(folder: Path) -> None:
@@ -285,7 +294,7 @@ def _is_packed(done: RowArray, arrays: list[RowArray], shard: int) -> bool:
 
 def _pack(done: RowArray, arrays: list[RowArray], shard: int, confirm: Confirm) -> bool:
     """Join the loose rows of a shard where all are there; True where this or another writer has done so."""
-    for intact in (False, True):  # all bytes are read twice only where some are damaged
+    for intact in ((), (shard,)):  # all bytes are read twice only where some are damaged
         try:
             return _pack_rows(done, arrays, shard, confirm, intact=intact)
         except ValueError:
@@ -293,32 +302,34 @@ def _pack(done: RowArray, arrays: list[RowArray], shard: int, confirm: Confirm) 
     return False
 
 
-def _pack_rows(done: RowArray, arrays: list[RowArray], shard: int, confirm: Confirm, *, intact: bool) -> bool:
+def _pack_rows(
+    done: RowArray, arrays: list[RowArray], shard: int, confirm: Confirm, *, intact: Collection[int]
+) -> bool:  # fmt: skip
     """As `_pack`.
 
     Raises:
         ValueError: The bytes of a loose row are damaged.
     """
     rows = set(done.rows(shard))
-    if not rows <= done.loose_rows(shard, intact=intact).keys():
+    if not rows <= done.loose_rows([shard], intact=intact).keys():
         return False
-    loose = [array.loose_rows(shard, intact=intact) for array in arrays]
-    if any(a.dtype != bool and not set(a.rows(shard)) <= there.keys() for a, there in zip(arrays, loose, strict=True)):
+    loose = [array.loose_rows([shard], intact=intact) for array in arrays]
+    if not all(set(array.rows(shard)) <= there.keys() for array, there in zip(arrays, loose, strict=True)):
         return False
     try:
         for array, there in zip(arrays, loose, strict=True):
             if array.rows(shard):
-                array.shard_file(shard).parent.mkdir(parents=True, exist_ok=True)
+                array.make_folder(shard)
                 with _renamed(array.shard_file(shard), done.group / LOOSE, confirm) as aside:
                     with aside.open("wb") as packed:
                         packed.writelines(_shard_bytes(array, shard, there))
-                    if not rows <= done.loose_rows(shard).keys():  # entries are deleted before rows
+                    if not rows <= done.loose_rows([shard]).keys():  # entries are deleted before rows
                         raise _PackedMeanwhileError
     except _PackedMeanwhileError:
         return _is_packed(done, arrays, shard)
     entries = np.zeros(done.per_shard, bool)
     entries[: len(rows)] = True
-    done.shard_file(shard).parent.mkdir(exist_ok=True)
+    done.make_folder(shard)
     with _renamed(done.shard_file(shard), done.group / LOOSE, confirm) as aside:
         aside.write_bytes(done.codec.encode(entries))
     return True
@@ -332,15 +343,14 @@ def _shard_bytes(array: RowArray, shard: int, loose: Mapping[int, LooseRow]) -> 
     """Bytes of a shard: its rows, then an index of offsets and lengths with a checksum."""
     index, offset = np.full((array.per_shard, 2), ABSENT, "<u8"), 0
     for number, row in enumerate(array.rows(shard)):
-        if row not in loose:
-            continue  # a row of False is not written
         try:
             content = loose[row].content()
         except FileNotFoundError:
             raise _PackedMeanwhileError from None
-        index[number] = offset, len(content)
-        offset += len(content)
-        yield content
+        if content:
+            index[number] = offset, len(content)
+            offset += len(content)
+            yield content
     encoded = index.tobytes()
     yield encoded + crc32c(encoded).to_bytes(4, "little")
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from insonify.formats import label_store, zarr_store
 from insonify.formats.locations import is_url
-from insonify.formats.loose_rows import delete_loose_rows
+from insonify.formats.loose_rows import loose_files
 from insonify.formats.object_store import SPOOL, ObjectStore, StoredGroup, spooled_recording, stored_group
 from insonify.formats.recording_writer import RecordingWriter, writing
 from insonify.formats.shards import STALE, numbered, recorded_rows, row_array
@@ -129,9 +129,9 @@ class StoreWriter(RecordingWriter):
         self._shards = {ping // self._per_shard for ping in pings}
         return pings
 
-    def masks(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+    def masks(self, pings: list[int]) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
         """Masks of `RecordingWriter.masks`, true of pings in the store too."""
-        recorded, lines, whole = super().masks()
+        recorded, lines, whole = super().masks(pings)
         names = self._store.names()
         *labels, sound = self._groups
         if self._labelled:
@@ -218,9 +218,9 @@ class StoreWriter(RecordingWriter):
         """Delete the files of a spool whose pings are in the store: those of a killed process, or of a second one."""
         local = group.below(self.path)
         for array in (local.done, *local.arrays):
-            for shard in array.loose_shards():
-                if stored[min(shard * self._per_shard, stored.size - 1)]:
-                    delete_loose_rows(array.loose_folder, shard)
+            shards = [k for k in array.loose_shards() if stored[min(k * self._per_shard, stored.size - 1)]]
+            for file in loose_files(array.loose_folder, shards):
+                file.unlink(missing_ok=True)
             if array.shape[0] == stored.size or self._per_shard > 1:  # else a line of a recorder, put with any ping
                 for shard in np.unique(np.flatnonzero(stored) // self._per_shard).tolist():
                     array.shard_file(shard).unlink(missing_ok=True)

@@ -14,7 +14,7 @@ import shutil
 import time as clock
 import uuid
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
 from pathlib import Path
@@ -216,22 +216,27 @@ def _sound_array(path: str, mine: str) -> str:
     return next(name for name in SOUND if (Path(path) / name).is_dir())
 
 
-def recorded_pings(path: str | Path, *, intact: bool = False) -> NDArray[np.bool_]:
+def recorded_pings(path: str | Path, *, intact: Collection[int] = ()) -> NDArray[np.bool_]:
     """Mask of the recorded pings, shape (ping,); False where the entry in the mask, or the sound, is lost.
 
     Args:
         path: Folder of the recording.
-        intact: See `insonify.formats.shards.recorded_rows`.
+        intact: See `insonify.formats.loose_rows.loose_rows`.
     """
     arrays = [row_array(path, name) for name in sound_arrays(path) if name in FIELDS]
     return recorded_rows(Path(path), arrays, intact=intact)
 
 
-def recorded_lines(path: str | Path) -> NDArray[np.bool_]:
-    """Mask of the lines of a recorder that are there, shape (line,)."""
+def recorded_lines(path: str | Path, *, intact: Collection[int] = ()) -> NDArray[np.bool_]:
+    """Mask of the lines of a recorder that are there, shape (line,).
+
+    Args:
+        path: Folder of the recording.
+        intact: See `insonify.formats.loose_rows.loose_rows`.
+    """
     array = row_array(path, "recorded")
+    loose = array.loose_rows(intact=intact)  # before shards: those that are packed meanwhile are in one then
     packed = {shard for shard in range(-(-array.shape[0] // array.per_shard)) if array.shard_file(shard).is_file()}
-    loose = array.loose_rows(intact=True)
     return np.array([k // array.per_shard in packed or k in loose for k in range(array.shape[0])], bool)
 
 
@@ -319,7 +324,8 @@ def _open_on_disk(path: Path) -> xr.Dataset:
     require_recording(path)
     with errors_as_store_errors(path):
         store = CheckedStore(LocalStore(path, read_only=True), path, read_description(path))
-        return open_named_chunks(store, path, mask_and_scale=True)
+        dataset = open_named_chunks(store, path, mask_and_scale=True)
+        return dataset.assign(done=dataset["done"].load().copy(data=recorded_pings(path)))
 
 
 def stored_bytes(path: str | Path) -> int:
@@ -403,13 +409,12 @@ def _require_complete(path: Path) -> None:
 
 def _is_taken(target: Path) -> bool:
     """True where the folder is a recording; any other content is refused and never changed."""
-    if _is_recording(target):
-        return True
-    if target.is_dir() and not any(target.iterdir()):
-        return False
-    if target.exists():
-        raise StoreError(f"{target} exists and is not a recording. Choose another name")
-    return False
+    for _ in range(2):  # another process may create it between two looks
+        if _is_recording(target):
+            return True
+        if not target.exists() or (target.is_dir() and not any(target.iterdir())):
+            return False
+    raise StoreError(f"{target} exists and is not a recording. Choose another name")
 
 
 def _require_same_scenario(target: Path, attributes: Mapping[str, Any]) -> str:
