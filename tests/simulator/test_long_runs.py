@@ -43,7 +43,7 @@ class FullDisk:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, writes: int, error: int = errno.ENOSPC) -> None:
         """In place of the writes of files."""
         self.left, self.error, self.monkeypatch = writes, error, monkeypatch
-        for module, name in ((Path, "write_bytes"), (os, "write"), (os, "link")):
+        for module, name in ((Path, "write_bytes"), (shards, "append_row")):
             monkeypatch.setattr(module, name, self._limited(getattr(module, name)))
 
     def _limited(self, write):
@@ -79,11 +79,11 @@ def test_a_full_disk_keeps_what_is_recorded(
 
 
 def test_a_real_disk_that_fills(whole: np.ndarray, tmp_path: Path) -> None:
-    """A file system of 400 kB in memory, where the machine may mount one: the same."""
+    """A file system of 200 kB in memory, where the machine may mount one: the same."""
     disk = tmp_path / "disk"
     disk.mkdir()
     mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", str(disk)], check=False, capture_output=True
+        ["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", str(disk)], check=False, capture_output=True
     )
     if mounted.returncode:
         pytest.skip("no file system can be mounted")
