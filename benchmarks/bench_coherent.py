@@ -4,7 +4,7 @@ Pings of a survey in progress are timed: kernels are compiled, the ground about 
 touched by earlier pings. Many pings are timed together, as in a survey: at the end of a few, one thread waits.
 """
 
-from bench_sidescan import CHANGED, CHANGED_FACTOR, SCENE, WINDOW, loaded
+from bench_sidescan import SCENE, WINDOW, changed_ratios, loaded
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
 from measure import THREADS, Result, ping_seconds
@@ -42,20 +42,8 @@ def pings() -> list[Result]:
 
 def changed() -> list[Result]:
     """Processor time where the platform rolls, and in layered water, re that of the scene as it is; 2 bounces."""
-    _, plain = ping_seconds(build_simulator(sidescan(2)), WARM, PINGS)
-    found = []
-    for name, parts in CHANGED.items():
-        scene = loaded(SCENE.replace(*parts).replace("ORDER", "2").replace("incoherent", "coherent"))
-        _, cores = ping_seconds(build_simulator(scene), WARM, PINGS)
-        found.append(
-            Result(
-                f"coherent ping, up to 2 bounces, {name}",
-                cores / plain,
-                "x that of the scene as it is",
-                f"goal {CHANGED_FACTOR:g}",
-            )
-        )
-    return found
+    scene = SCENE.replace("ORDER", "2").replace("incoherent", "coherent")
+    return changed_ratios("coherent ping, up to 2 bounces", scene, WARM, PINGS)
 
 
 def _measured(name: str, scenario: Scenario, goal: float) -> list[Result]:

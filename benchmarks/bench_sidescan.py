@@ -80,21 +80,27 @@ def pings() -> list[Result]:
 
 def changed() -> list[Result]:
     """Processor time where the platform rolls, and in layered water, re that of the scene as it is."""
-    found = []
+    warm, count, found = WARM // 10, max(PINGS // 10, 1), []
     for order in CHANGED_ORDERS:
-        pings = max(PINGS // 10, 1)
-        _, plain = ping_seconds(build_simulator(sidescan(order)), WARM // 10, pings)
-        for name, parts in CHANGED.items():
-            scene = loaded(SCENE.replace(*parts).replace("ORDER", str(order)))
-            _, cores = ping_seconds(build_simulator(scene), WARM // 10, pings)
-            found.append(
-                Result(
-                    f"sidescan ping, up to {order} bounces, {name}",
-                    cores / plain,
-                    "x that of the scene as it is",
-                    f"goal {CHANGED_FACTOR:g}",
-                )
-            )
+        scene = SCENE.replace("ORDER", str(order))
+        found += changed_ratios(f"sidescan ping, up to {order} bounces", scene, warm, count)
+    return found
+
+
+def changed_ratios(case: str, scene: str, warm: int, pings: int) -> list[Result]:
+    """Processor time of a ping of each of `CHANGED`, re that of the scene.
+
+    Args:
+        case: What is measured.
+        scene: Text of the scene.
+        warm: Pings simulated before the clock starts.
+        pings: Pings timed.
+    """
+    _, plain = ping_seconds(build_simulator(loaded(scene)), warm, pings)
+    found = []
+    for name, parts in CHANGED.items():
+        _, cores = ping_seconds(build_simulator(loaded(scene.replace(*parts))), warm, pings)
+        found.append(Result(f"{case}, {name}", cores / plain, "x the plain scene", f"goal {CHANGED_FACTOR:g}"))
     return found
 
 

@@ -31,7 +31,7 @@ def test_rows_of_many_threads_are_whole(tmp_path: Path) -> None:
 
 
 def test_rows_are_read_while_they_are_written(tmp_path: Path) -> None:
-    """A reader beside four writers: rows that were there stay there, each with its bytes."""
+    """A reader and four writers at once: rows that were there stay there, each with its bytes."""
     with ThreadPoolExecutor(4) as pool:
         writing, seen = [pool.submit(append, tmp_path, row) for row in range(ROWS)], set[int]()
         while not all(one.done() for one in writing):

@@ -55,6 +55,15 @@ def contents(path: Path) -> dict[str, bytes]:
     return {str(f.relative_to(path)): f.read_bytes() for f in files if f != path / "zarr.json"}
 
 
+def flip_bit(path: Path, ping: int) -> Path:
+    """The file of a loose ping, one bit of which is changed."""
+    row = row_array(path, "pressure").loose_rows()[ping]
+    content = bytearray(row.file.read_bytes())
+    content[row.offset + 10] ^= 1
+    row.file.write_bytes(content)
+    return row.file
+
+
 @pytest.fixture(scope="module")
 def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The recording that one run makes."""
@@ -184,11 +193,8 @@ def test_a_damaged_loose_ping_is_named_and_written_again(serial: Path, tmp_path:
     writer(path)
     for ping in range(5):
         write_ping(path, ping, sound(ping))
-    place = row_array(path, "pressure").loose_rows()[2]
-    content = bytearray(place.file.read_bytes())
-    content[place.offset + 10] ^= 1
-    place.file.write_bytes(content)
-    with pytest.raises(StoreError, match=f"loose/pressure/{place.file.name} is damaged.*pings again: insonify run"):
+    damaged = flip_bit(path, 2)
+    with pytest.raises(StoreError, match=f"loose/pressure/{damaged.name} is damaged.*pings again: insonify run"):
         open_recording(path).pressure.load()
     assert writer(path).missing(list(range(5)))[0] == [(2, True, False)]
     write_part(path)
@@ -201,10 +207,7 @@ def test_a_process_that_packs_with_a_damaged_ping_leaves_it_missing(serial: Path
     mine = writer(path)
     for ping in range(PER_SHARD):
         write_ping(path, ping, sound(ping))
-    place = row_array(path, "pressure").loose_rows()[2]
-    content = bytearray(place.file.read_bytes())
-    content[place.offset + 10] ^= 1
-    place.file.write_bytes(content)
+    flip_bit(path, 2)
     mine.pack()
     assert np.flatnonzero(~recorded_pings(path, intact=[0]))[0] == 2
     write_part(path)

@@ -1,4 +1,4 @@
-"""Claims about tiles that fit in a cache beside those that other threads read, by sets in place of tables."""
+"""Claims about tiles that fit in a cache together with those that other threads read, by sets in place of tables."""
 
 import numpy as np
 from hypothesis import given
@@ -34,7 +34,7 @@ class Cache:
         )  # fmt: skip
 
     def fits(self, tiles):
-        """Return True if the tiles fit beside those being read."""
+        """Return True if the tiles fit together with those being read."""
         return fits(np.array(tiles), self.slot, self.number, self.readers)
 
     def cached(self):

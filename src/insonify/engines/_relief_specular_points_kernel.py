@@ -332,7 +332,9 @@ class _SlownessTable(NamedTuple):
     distance_step: float
     """Spacing of the distances, of which the second is 0 [m]."""
     first_depth: float
+    """Least depth [m]."""
     depth_step: float
+    """Spacing of the depths [m]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -549,7 +551,7 @@ def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds) ->
             if is_far and not (is_last or (is_early and is_close)):
                 break
             size = math.hypot(step_north, step_east)
-            part = step / size if is_early and size > step else 1.0  # starts beside a caustic need more than one step
+            part = step / size if is_early and size > step else 1.0  # starts near a caustic need more than one step
             next_north, next_east = north + part * step_north, east + part * step_east
             # at a fixed point, further steps would not move it either
             if is_last or (not is_far and next_north == north and next_east == east):

@@ -294,11 +294,11 @@ def _legs(
         factor * surface ** bounce_sequence(name).count("S") for name, factor in zip(families, factors, strict=True)
     ]
     absorption, arrival = float(scene.water.absorption(ping_geometry.frequency)), np.array([p.arrival for p in paths])
-    spreading = 10 ** (-absorption * length / 10) / length**2
+    power = 10 ** (-absorption * length / 10) / length**2
     up = np.array([name.startswith("S") for name in families])
     departure = arrival.copy()
     departure[..., 2] = np.where(up[:, None], -1, 1) * np.abs(arrival[..., 2])
-    legs = _MeanLegs(length / ping_geometry.sound_speed, departure, arrival, spreading)
+    legs = _MeanLegs(length / ping_geometry.sound_speed, departure, arrival, power)
     if rays is not None:
         legs = _refracted(legs, rays, position, points, families, ping_geometry.frequency)
     return legs._replace(power=np.array(factors) ** 2 * legs.power)

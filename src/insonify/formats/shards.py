@@ -261,7 +261,7 @@ def pack_shards(
         group: Folder of the recording, or of its labels.
         names: Its arrays but `done`.
         shards: Shards to look at; None: all that have loose rows.
-        confirm: See `put_chunks`.
+        confirm: See `loose_rows.append_row`.
     """
     done = row_array(group, "done")
     if done.per_shard == 1:
