@@ -10,7 +10,7 @@ from insonify.engines.fast_reverberation._line_of_sight_kernel import (
     mark_used_horizons,
     running_horizon,
 )
-from insonify.engines.fast_reverberation.reverberation_plan import _bounce_tables
+from insonify.engines.fast_reverberation.reverberation_plan import bounce_tables
 from insonify.engines.radial_tables import FamilyTable, IsovelocityChannel
 from insonify.propagation.families import image_depth
 
@@ -19,7 +19,7 @@ FAMILIES, STEP, COUNT, DEPTH = ("D", "S", "BS", "SBS", "BSBS"), 0.05, 2000, 10.0
 
 def tables(source: float) -> FamilyTable:
     """Families of a sonar at a depth [m]."""
-    codes, rows, names = _bounce_tables(FAMILIES)
+    codes, rows, names = bounce_tables(FAMILIES)
     images, launches = (np.array([image_depth(name, source, DEPTH) for name in some]) for some in (FAMILIES, names))
     rising = np.array([name.endswith("B") for name in names])
     return FamilyTable(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insonify.engines.polar_grid import MAX_CELL_WIDTH
-from insonify.engines.radials import LOW_GAIN, radials_in_view, straight_gain_bound
+from insonify.engines.radials import LOW_GAIN, ViewedBoundary, radials_in_view, straight_gain_bound
 from insonify.engines.resolution import Resolution, two_way_gain_bound
 from insonify.propagation.propagation_model import ReachableRange
 from insonify.simulator import build_simulator
@@ -25,7 +25,9 @@ def simulator():
 
 def lines(simulator, floor=0.0, heading=0.0, received=RECEIVED, resolution=RESOLUTION, families=("D",)):
     """Lines of the seabed of the nominal sonar."""
-    return radials_in_view(simulator.ping_geometry(0), DEPTH, received, resolution, families, floor, heading)
+    return radials_in_view(
+        simulator.ping_geometry(0), ViewedBoundary(DEPTH, families), received, resolution, floor, heading
+    )
 
 
 def area(found):
@@ -119,7 +121,9 @@ def test_no_line_leaves_out_relief_that_beams_reach(farthest, rise=3.0, floor=3e
     rng, panel = np.random.default_rng(5), {"kind": "planar", "width": 0.3, "height": 0.06}
     sonar = {"transmit": panel, "receive": panel}
     here = build_simulator(nominal(paths={"max_reflections": 0}, sonar=sonar)).ping_geometry(0)
-    found = radials_in_view(here, DEPTH, ReachableRange(HEIGHT, 0, farthest), RESOLUTION, ("D",), floor, 0.0, rise)
+    found = radials_in_view(
+        here, ViewedBoundary(DEPTH, ("D",), rise), ReachableRange(HEIGHT, 0, farthest), RESOLUTION, floor, 0.0
+    )
     distance, bearing, height = rng.uniform([[1], [-0.3], [-rise]], [[farthest], [0.3], [rise]], (3, 3000))
     way = np.column_stack([distance * -np.sin(bearing), distance * np.cos(bearing), HEIGHT + height])
     way /= np.linalg.norm(way, axis=1, keepdims=True)

@@ -16,7 +16,7 @@ from insonify.engines.fast_reverberation import (
 )
 from insonify.engines.fast_reverberation._line_of_sight_kernel import first_occluding_sample, running_horizon
 from insonify.engines.fast_reverberation._sample_allocation_kernel import lengthen_steps, pair_keep_probabilities
-from insonify.engines.fast_reverberation.reverberation_plan import _bounce_tables
+from insonify.engines.fast_reverberation.reverberation_plan import bounce_tables
 from insonify.engines.radial_tables import FamilyTable, IsovelocityChannel, MapTiles, RadialFrame
 from insonify.propagation.families import image_depth
 from insonify.recent_results import RecentResults
@@ -273,7 +273,8 @@ def test_pairs_that_arrive_within_a_pulse_are_known_however_deep_the_ground():
     edges, needed = np.linspace(10, 100, 31), np.ones((30, 3), bool)
 
     def evaluate(climbs, rise):
-        together = sample_allocation._interfering_pairs(edges, np.array(climbs), pair, 1500.0, rise, 2e-4, needed)
+        levels = [np.hypot(edges, np.array(climbs)[:, None] + shift) / 1500.0 for shift in (-rise, rise)]
+        together = sample_allocation._interfering_pairs(levels, pair, 2e-4, needed)
         return (together != np.arange(3)).any(axis=1)
 
     assert evaluate([10.0, 10.01], 0.0).all()
@@ -298,7 +299,7 @@ def test_what_is_stronger_than_a_hundredth_takes_every_point():
 def test_terrain_left_out_before_the_first_evaluated_sample_hides_nothing(families):
     """A peak as high as terrain gets hides a hole as deep as it gets, if and only if it is not left out."""
     channel = IsovelocityChannel(10.0, 20.0, 1500.0, 0.01, (19.0, 21.0))
-    bounce_codes, horizon_row, launches = _bounce_tables(families)
+    bounce_codes, horizon_row, launches = bounce_tables(families)
     images = np.array([image_depth(name, channel.sonar_depth, channel.water_depth) for name in launches])
     table = FamilyTable(images, bounce_codes, horizon_row, images, np.zeros(len(images), bool), np.zeros((1, 2)),
                         np.zeros(0), 0.0)  # fmt: skip
@@ -323,7 +324,7 @@ def test_terrain_left_out_before_the_first_evaluated_sample_hides_nothing(famili
 def test_no_terrain_is_left_out_where_rays_rise_off_the_seabed():
     """A ray that rises off the seabed may be hidden by any terrain on its path."""
     channel = IsovelocityChannel(10.0, 20.0, 1500.0, 0.01, (19.0, 21.0))
-    bounce_codes, horizon_row, launches = _bounce_tables(("D", "BS"))
+    bounce_codes, horizon_row, launches = bounce_tables(("D", "BS"))
     images = np.array([image_depth(name, channel.sonar_depth, channel.water_depth) for name in launches])
     rising = np.array([name.endswith("B") for name in launches])
     table = FamilyTable(images, bounce_codes, horizon_row, images, rising, np.zeros((1, 2)), np.zeros(0), 0.0)

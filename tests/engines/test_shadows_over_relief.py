@@ -163,7 +163,7 @@ def test_overlapping_shadows_are_looked_at_once() -> None:
         ground = simulator.fast_reverberation(here)
         assert ground is not None
         passing = radials_past_targets(ground.plan, here, ground.known.heading, "none")
-        stretch, distance, _ = _probe_distances(ground.plan, ground.scene, here, ground.path_settings, passing)
+        stretch, distance, _ = _probe_distances(ground.plan, ground.rays, here, ground.path_settings, passing)
         assert passing.any(axis=1).sum() == many and len(np.unique(distance)) == len(distance)
         requested.append(np.bincount(stretch).max())
     assert requested[1] == requested[0]
@@ -190,7 +190,7 @@ def test_narrow_lines_cover_the_ground_of_those_they_replace() -> None:
     assert ground is not None
     plan = ground.plan
     passing = radials_past_targets(plan, here, ground.known.heading, "none")
-    made = shadow_radials(plan, ground.scene, here, ground.path_settings, ground.known.heading, passing)
+    made = shadow_radials(plan, ground.rays, here, ground.path_settings, ground.known.heading, passing)
     assert made is not None
 
     def area(radials: Floats) -> float:

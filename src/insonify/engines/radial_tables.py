@@ -85,6 +85,35 @@ class IsovelocityChannel(NamedTuple):
     """Least and greatest depth of the seabed [m]."""
 
 
+class RefractionTable(NamedTuple):
+    """Refracted rays of f families and h launch horizons on a grid of distances and depths, re straight rays.
+
+    Without nodes the water has one sound speed, and rays are straight.
+    """
+
+    first_depth: float
+    """Least depth of the grid [m]."""
+    depth_spacing: float
+    """Spacing of its depths [m]."""
+    range_spacing: float
+    """Spacing of its horizontal distances, the first of which is 0 [m]."""
+    nodes: Singles
+    """Columns of `refraction_columns`, (f, depths, distances, 8)."""
+    horizon_climb: Singles
+    """Horizontal distance times launch slope of the rays of each launch horizon [m], NaN for none, (h, depths,
+    distances)."""
+    clear_bounces: NDArray[np.bool_]
+    """True for families whose rays no seabed occludes before their last bounce, (f,)."""
+    bed_speed: float
+    """Sound speed at the mean seabed [m/s]."""
+
+
+STRAIGHT = RefractionTable(
+    0.0, 1.0, 1.0, np.zeros((0, 2, 2, 8), np.float32), np.zeros((0, 2, 2), np.float32), np.zeros(0, bool), 1.0
+)
+"""Table of water of one sound speed."""
+
+
 class FamilyTable(NamedTuple):
     """Bounces of the f families that reach the seabed, their image sources and their launch horizons.
 
@@ -108,6 +137,8 @@ class FamilyTable(NamedTuple):
     """Direction factor of a law that is a product of two, see `CompiledLaw.factor`; empty for any other."""
     absorption_octaves: float
     """Absorption [octaves of pressure/m]."""
+    refraction: RefractionTable = STRAIGHT
+    """Rays of layered water."""
 
 
 class MapTiles(NamedTuple):

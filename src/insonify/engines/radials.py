@@ -8,6 +8,9 @@ spaced points.
 Low gains need few points: there radials are wider, and their samples farther apart.
 """
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +27,10 @@ from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
 
+ZoneClimbs = Callable[[tuple[float, float]], Floats]
+"""Function of a zone, nearest and farthest distance [m], that returns distances times tangents of the launch angles of
+each family for some distances of the zone [m], (f, k)."""
+
 CELLS_PER_SECTOR = 128
 """Cells whose gain is bounded together, before that of each."""
 LOW_GAIN = 10 ** (-25 / 20)
@@ -38,21 +45,32 @@ LOW_GAIN_STRIDE = 2
 """Steps of the frame between the samples of the widest of these radials."""
 
 
+class ViewedBoundary(NamedTuple):
+    """Boundary that a sonar views, and the rays to it."""
+
+    depth: float
+    """Depth of the boundary [m]."""
+    families: tuple[str, ...]
+    """Families that reach it."""
+    rise: float = 0.0
+    """Largest height of the boundary above or below its depth [m], less than the sonar's height above it."""
+    climbs: ZoneClimbs | None = None
+    """Launch angles in layered water; None: rays are straight."""
+
+
 def radials_in_view(
-    ping_geometry: PingGeometry, depth: float, window_range: ReachableRange, resolution: Resolution,
-    families: tuple[str, ...], floor: float, heading: float, rise: float = 0.0,
+    ping_geometry: PingGeometry, boundary: ViewedBoundary, window_range: ReachableRange, resolution: Resolution,
+    floor: float, heading: float,
 ) -> Floats:  # fmt: skip
     """Radials of a boundary that one ping can receive.
 
     Args:
         ping_geometry: The sonar, both ends at one position.
-        depth: Depth of the boundary [m].
+        boundary: The boundary.
         window_range: Distances received in the window.
         resolution: Resolution cells of the sonar.
-        families: Families that reach the boundary.
         floor: Two-way gain below which the seabed is left out [1].
         heading: Heading of the frame of the radials [rad].
-        rise: Largest height of the boundary above or below its depth [m], less than the sonar's height above it.
 
     Returns:
         Radials as rows of `radial_columns`, shape (n, 9).
@@ -60,26 +78,25 @@ def radials_in_view(
     key = (
         ping_geometry.transmit_beams.axes.tobytes(), ping_geometry.receive_beams.axes.tobytes(),
         ping_geometry.boresight.tobytes(),
-        float(ping_geometry.transmit_position[2]), depth, window_range, resolution, families, floor, heading, rise,
-        ping_geometry.transmit_beams.pattern_key, ping_geometry.receive_beams.pattern_key,
+        float(ping_geometry.transmit_position[2]), *boundary[:3], window_range, resolution, floor, heading,
+        ping_geometry.transmit_beams.pattern_key, ping_geometry.receive_beams.pattern_key, Identity(boundary.climbs),
     )  # fmt: skip
-    return _RADIALS.get(
-        key, lambda: _radials(ping_geometry, depth, window_range, resolution, families, floor, heading, rise)
-    )
+    return _RADIALS.get(key, lambda: _radials(ping_geometry, boundary, window_range, resolution, floor, heading))
 
 
 _RADIALS: RecentResults[Floats] = RecentResults(8)
 
 
 def _radials(
-    ping_geometry: PingGeometry, depth: float, window_range: ReachableRange, resolution: Resolution,
-    families: tuple[str, ...], floor: float, heading: float, rise: float,
+    ping_geometry: PingGeometry, boundary: ViewedBoundary, window_range: ReachableRange, resolution: Resolution,
+    floor: float, heading: float,
 ) -> Floats:  # fmt: skip
     """Lay out radials without the cache."""
     cell = min(resolution.beam_width, MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
     cell_count = int(np.ceil(2 * np.pi / cell / CELLS_PER_SECTOR)) * CELLS_PER_SECTOR
     source, height = float(ping_geometry.transmit_position[2]), window_range.vertical_distance
-    image_verticals = _image_verticals(families, source, depth)
+    image_verticals = _image_verticals(boundary.families, source, boundary.depth)
+    is_odd = image_verticals[1]
     boresight = float(np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]))
     first_and_count: list[tuple[int, int]] = []
     zones: list[list[float]] = []
@@ -89,7 +106,10 @@ def _radials(
         merged = 1 << int(np.clip(np.log2(np.hypot(outer, height) / outer), 0, 4))
         inner = outer / 2 if merged < 16 else 0.0
         zone = inner, outer
-        zone_over_relief = _zone_over_relief(zone, image_verticals[0], rise)
+        if boundary.climbs is not None:
+            towards_zone = boundary.climbs(zone)
+            image_verticals = towards_zone.ravel(), np.repeat(is_odd, towards_zone.shape[1])
+        zone_over_relief = _zone_over_relief(zone, image_verticals[0], boundary.rise)
         for first, count in _cells(
             ping_geometry, boresight, cell_count, merged, zone, zone_over_relief, image_verticals, floor
         ):
@@ -120,7 +140,7 @@ def _radials(
 
 def _zone_over_relief(zone: tuple[float, float], vertical_distances: Floats, rise: float) -> tuple[float, float]:
     """Zone of a level boundary whose elevations, from every image source, are those of relief over another zone [m]."""
-    least_height = float(np.abs(vertical_distances).min())
+    least_height = max(float(np.abs(vertical_distances).min()), 1e-6)
     return zone[0] * least_height / (least_height + rise), zone[1] * least_height / max(
         least_height - rise, 1e-9 * least_height
     )

@@ -9,12 +9,22 @@ import math
 import threading
 import warnings
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import FOLD_SIDE
+from insonify.propagation._eigenray_kernel import (
+    AMPLITUDE,
+    CAUSTICS,
+    DELAY,
+    FOLD_SIDE,
+    LENGTH,
+    SIN_ARRIVAL,
+    SIN_LAUNCH,
+    SLOWNESS,
+    TURNS,
+)
 from insonify.propagation.eigenray_record import exact_solutions
 from insonify.propagation.eigenray_table import EigenrayTable, TableError, TableWarning, eigenray_table
 from insonify.propagation.propagation_model import RayDomain
@@ -46,10 +56,42 @@ class FamilyRays:
         """Return True if any ray ends near a fold."""
         return bool((self.rays[:, :, FOLD_SIDE] != 0).any())
 
+    def single_rays(self) -> "SingleRays | None":
+        """The only ray to each point; None if several reach any, or one has touched a caustic or ends near a fold."""
+        ray, exists = self.rays[:, 0], self.count > 0
+        special = (ray[:, CAUSTICS] > 0) | (ray[:, FOLD_SIDE] != 0)
+        if (self.count > 1).any() or (special & exists).any():
+            return None
+        return SingleRays(
+            exists, ray[:, DELAY], ray[:, SIN_LAUNCH], ray[:, SIN_ARRIVAL], ray[:, SLOWNESS], ray[:, AMPLITUDE],
+            ray[:, LENGTH], np.asarray(ray[:, TURNS] * exists),
+        )  # fmt: skip
+
     @property
     def branch_count(self) -> int:
         """Number of rows of legs for these rays: the largest number of rays to one point, at least one."""
         return max(1, int(self.count.max(initial=0)))
+
+
+class SingleRays(NamedTuple):
+    """Rays of one family to n points, one to each at most: columns of shape (n,)."""
+
+    exists: NDArray[np.bool_]
+    """False for no ray."""
+    delay: Floats
+    """Travel time [s]."""
+    launch_sine: Floats
+    """Sine of the launch angle, positive down [1]."""
+    arrival_sine: Floats
+    """Sine of the angle of travel at the point, positive down [1]."""
+    slowness: Floats
+    """Horizontal slowness [s/m]."""
+    amplitude: Floats
+    """Pressure by ray-tube spreading re 1 m [1]."""
+    length: Floats
+    """Path length [m]."""
+    turns: Floats
+    """Number of turning points [1]."""
 
 
 @dataclass(frozen=True)

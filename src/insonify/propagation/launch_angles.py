@@ -33,6 +33,10 @@ class LaunchAngles(Protocol):
         """Tangent of the grazing angle of rays at the mean plane of the seabed [1], shape of `launch_slope`."""
         ...
 
+    def launch_slope_to_bottom(self, grazing_tangent: Floats) -> Floats:
+        """Launch slope of rays with a tangent of the grazing angle at the mean plane [1]; 0 for none."""
+        ...
+
     def off_table_rays(
         self, family: str, launch_slope: Floats, distance: Floats, depth: Floats
     ) -> NDArray[np.bool_] | None:
@@ -83,6 +87,10 @@ class StraightLaunchAngles:
     def bottom_grazing_tangent(self, launch_slope: Floats) -> Floats:
         """Equal to the launch slope, see `LaunchAngles`."""
         return np.abs(launch_slope)
+
+    def launch_slope_to_bottom(self, grazing_tangent: Floats) -> Floats:
+        """Equal to the tangent, see `LaunchAngles`."""
+        return np.abs(grazing_tangent)
 
     def off_table_rays(
         self, family: str, launch_slope: Floats, distance: Floats, depth: Floats

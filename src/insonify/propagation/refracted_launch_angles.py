@@ -47,6 +47,8 @@ class RefractedLaunchAngles:
         """
         self._column, self._source, self._depth_limits = column, source_depth, depth_limits
         self._speed = float(np.interp(source_depth, column.depth, column.speed))
+        bed_speed = float(np.interp(column.bottom_reflection_depth, column.depth, column.speed))
+        self._bed_speed_ratio = bed_speed / self._speed
         stations = min(int(np.ceil(max_range / WIDTH)) + 2, MOST_STATIONS)
         self._width = max(WIDTH, max_range / (stations - 2))
         self._stations = self._width * np.arange(stations)
@@ -84,8 +86,12 @@ class RefractedLaunchAngles:
 
     def bottom_grazing_tangent(self, launch_slope: Floats) -> Floats:
         """Tangent by Snell's law, see `LaunchAngles`."""
-        bed = np.interp(self._column.bottom_reflection_depth, self._column.depth, self._column.speed) / self._speed
-        square = (1 + np.asarray(launch_slope, float) ** 2) / bed**2
+        square = (1 + np.asarray(launch_slope, float) ** 2) / self._bed_speed_ratio**2
+        return np.sqrt(np.maximum(square - 1, 0.0))
+
+    def launch_slope_to_bottom(self, grazing_tangent: Floats) -> Floats:
+        """Inverse of `bottom_grazing_tangent`, see `LaunchAngles`."""
+        square = (1 + np.asarray(grazing_tangent, float) ** 2) * self._bed_speed_ratio**2
         return np.sqrt(np.maximum(square - 1, 0.0))
 
     def off_table_rays(

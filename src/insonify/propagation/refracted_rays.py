@@ -78,11 +78,15 @@ class RefractedRays:
         seen_above = HorizontalGeometry(position, scatterers.position, *np.empty((5, len(scatterers))))
         set_horizontal_geometry(self.layers, seen_above)
         depth, ranges = seen_above.depth, seen_above.distance
-        if frequency >= LOWEST_FREQUENCY:
+        if self.uses_tables(frequency):
             family_rays = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in names]
-        else:  # folds reach further than tables represent
+        else:
             family_rays = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in names]
         return self._assemble(seen_above, scatterers, family_rays, frequency)
+
+    def uses_tables(self, frequency: float) -> bool:
+        """Return True if tables represent the rays at a frequency [Hz]; at lower ones folds reach further."""
+        return frequency >= LOWEST_FREQUENCY
 
     def open_water(self) -> "RefractedRays":
         """Rays of the same water and tables without targets; see `PropagationModel.open_water`."""

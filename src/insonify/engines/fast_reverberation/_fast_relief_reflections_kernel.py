@@ -211,3 +211,71 @@ def write_image_paths(
                 arrival[i, n], departure[i, n] = workspace[i * _ROW + q], workspace[_DEPARTURE + i * _ROW + q]
             delay[n] = workspace[_LENGTH + q] * slowness
             amplitude[n] = complex(factor * workspace[_REAL + q], factor * workspace[_REAL + _ROW + q])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def displace_refracted_legs(
+    position: Floats, samples: SamplesOnSegments, beam_bearing: Singles, paths: ImagePaths, f: int, table: FamilyTable,
+    legs: RadialLegs,
+) -> None:  # fmt: skip
+    """Move the refracted legs of one family to some samples by what local planes change in straight ones.
+
+    To first order a plane that is h higher at a bounce shortens a leg by 2 h sin(grazing) in any water, so the change
+    of the straight path is scaled by the ratio of the sines.
+
+    Args:
+        position: North, east, depth of the sonar [m], (3,).
+        samples: The samples.
+        beam_bearing: See `SampleLists`.
+        paths: Straight paths to the nodes, off local planes or, where there is none, off the mean seabed, k of them.
+        f: Row of the family.
+        table: Tables of the families.
+        legs: Legs over the mean seabed, changed in row f of its columns.
+    """
+    direction_factor, absorption, image = table.direction_factor, table.absorption_octaves, table.image_depths[f]
+    delay, amplitude, departure, arrival = legs.delay[f], legs.amplitude[f], legs.departure[f], legs.arrival[f]
+    sign = 1.0
+    for q in range(table.bounce_codes.shape[1]):
+        sign = -sign if table.bounce_codes[f, q] > 0 else sign
+    nodes = _node_columns(position, samples.point, paths, np.ones(paths.length.size, np.complex64), sign)
+    workspace, change, turned = np.empty(11 * CHUNK), np.empty((2, 3)), np.empty((2, 3))
+    for begin in range(0, samples.row.size, CHUNK):
+        _interpolate_columns(begin, position[2], samples, nodes, legs, beam_bearing, workspace)
+        for q in range(np.uint64(min(CHUNK, samples.row.size - begin))):
+            n, listed = samples.row[begin + q], samples.listed[begin + q]
+            x, y, z = workspace[q], workspace[_ROW + q], workspace[_DOWN + q]
+            distance, height = legs.range_depth[0, n], legs.range_depth[1, n] - image
+            length, flat_length = math.sqrt(x * x + y * y + z * z), math.sqrt(distance * distance + height * height)
+            change[0, 0] = x / length - distance * beam_bearing[0, listed] / flat_length
+            change[0, 1] = y / length - distance * beam_bearing[1, listed] / flat_length
+            change[0, 2] = z / length - height / flat_length
+            for i in range(3):
+                turn = sign if i == 2 else 1.0
+                change[1, i] = workspace[_DEPARTURE + np.uint64(i) * _ROW + q] + turn * change[0, i]
+            excess = (length - flat_length) * abs(arrival[2, n]) * flat_length / height
+            delay[n] += excess / table.refraction.bed_speed
+            scale = 2.0 ** (-absorption * excess) * flat_length / (flat_length + excess)
+            scale /= _root_direction_factor(arrival, legs.normal, n, direction_factor)
+            for end in range(2):
+                columns = arrival if end == 0 else departure
+                square = 0.0
+                for i in range(3):
+                    turned[end, i] = columns[i, n] + change[end, i]
+                    square += turned[end, i] * turned[end, i]
+                for i in range(3):
+                    columns[i, n] = turned[end, i] / math.sqrt(square)
+            amplitude[n] *= scale * _root_direction_factor(arrival, legs.normal, n, direction_factor)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _root_direction_factor(arrival: Singles, normal: Singles, n: int, factor: Singles) -> float:
+    """Root of the direction factor of a law at a sample, 0 where its facet faces away, 1 for a law without one [1]."""
+    facing = arrival[0, n] * normal[0, n] + arrival[1, n] * normal[1, n] + arrival[2, n] * normal[2, n]
+    if facing >= 0:
+        return 0.0
+    if factor.size == 0:
+        return 1.0
+    last = factor.size - 1
+    index = math.sqrt(min(max(1 + facing, 0.0), 1.0)) * last
+    cell = min(int(index), last - 1)
+    return math.sqrt(factor[cell] + (index - cell) * (factor[cell + 1] - factor[cell]))

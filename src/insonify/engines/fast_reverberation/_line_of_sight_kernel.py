@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.fast_reverberation._refraction_kernel import BouncingRay, refracted_bounces
 from insonify.engines.radial_tables import FamilyTable, IsovelocityChannel
 from insonify.jit import njit
 
@@ -57,6 +58,13 @@ def running_horizon(
     for k in range(begin, count):
         x = sign * (terrain[k] - image_depth) / np.float32((k + start_steps) * step)
         launch_slope[k] = x if x == x else sign * np.float32(np.inf)
+    running_extreme(rising, samples, launch_slope, horizon)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def running_extreme(rising: bool, samples: tuple[int, int], launch_slope: Singles, horizon: Singles) -> None:
+    """Fill the launch horizons of `running_horizon` from the launch slopes."""
+    begin, count = samples
     if rising:
         most = np.float32(-np.inf)
         for k in range(count - 1, begin - 1, -1):
@@ -84,6 +92,9 @@ def mark_clear_bounces(channel: IsovelocityChannel, families: FamilyTable, clear
         families: Tables of the families.
         clear: Result, also True for families without bottom bounces, (f,).
     """
+    if families.refraction.nodes.size > 0:
+        clear[:] = families.refraction.clear_bounces
+        return
     bounce_codes, (highest, lowest) = families.bounce_codes, channel.terrain_span
     rise = max(channel.water_depth - highest, lowest - channel.water_depth)
     for f in range(bounce_codes.shape[0]):
@@ -120,8 +131,8 @@ def bounce_count(family: int, families: FamilyTable) -> int:
 def first_occluding_sample(listed: int, channel: IsovelocityChannel, families: FamilyTable) -> int:
     """First sample of a radial that may occlude one from a given one on, in rays that do not rise off the seabed.
 
-    A ray to the seabed is steeper than any to the deepest seabed as far away; no nearer seabed occludes it than that
-    whose highest terrain would be launched at less.
+    In water of one sound speed a ray to the seabed is steeper than any to the deepest seabed as far away; no nearer
+    seabed occludes it than that whose highest terrain would be launched at less.
 
     Args:
         listed: Number of the first sample that is evaluated.
@@ -132,7 +143,7 @@ def first_occluding_sample(listed: int, channel: IsovelocityChannel, families: F
     ratio = 1.0
     for row in range(families.horizon_image_depths.size):
         above, below = highest - families.horizon_image_depths[row], lowest - families.horizon_image_depths[row]
-        if families.horizon_rising[row] or above <= 0:
+        if families.horizon_rising[row] or above <= 0 or families.refraction.nodes.size > 0:
             return 0
         ratio = min(ratio, above / below)
     return max(int(OCCLUDING_MARGIN * ratio * listed) - 1, 0)
@@ -155,7 +166,8 @@ def mark_reached_samples(
         families: Tables of the families.
         clear: Result of `mark_clear_bounces`.
     """
-    terrain, bounces = profile.terrain, bounce_count(family, families)
+    terrain, bounces, codes = profile.terrain, bounce_count(family, families), families.bounce_codes[family]
+    work, columns = np.empty(2), np.empty(8, np.float32)
     bit, none = np.int32(1 << family), np.int32(0)
     horizon_row = families.horizon_row[family, bounces]
     launch_slope, horizon = profile.launch_slope[horizon_row], profile.horizon[horizon_row]
@@ -167,48 +179,53 @@ def mark_reached_samples(
         index = sample_number[i]
         if (requested_families[i] & bit) != 0 and launch_slope[index] <= horizon[index] and terrain[index] > 0:
             distance = (index + profile.start_steps) * profile.step
-            tangent = abs(terrain[index] - families.image_depths[family]) / distance
-            if _clears_terrain(family, bounces, distance, tangent, profile, channel, families):
+            if families.refraction.nodes.size > 0:
+                ray = refracted_bounces(
+                    family, distance, terrain[index], families.image_depths[family], families.refraction, work, columns
+                )
+            else:
+                tangent = abs(terrain[index] - families.image_depths[family]) / distance
+                up_or_down = channel.water_depth - channel.sonar_depth if codes[0] == 2 else channel.sonar_depth
+                ray = BouncingRay(distance, up_or_down / tangent, channel.water_depth / tangent, tangent, tangent)
+            if _clears_terrain(codes, families.horizon_row[family], bounces, ray, profile, channel.wavelength):
                 reached_families[i] |= bit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _clears_terrain(
-    family: int, bounces: int, distance: float, tangent: float, profile: RadialProfile, channel: IsovelocityChannel,
-    families: FamilyTable,
-) -> bool:  # fmt: skip
+    codes: Integers, horizon_row: Integers, bounces: int, ray: BouncingRay, profile: RadialProfile, wavelength: float
+) -> bool:
     """Return True if a ray clears the seabed before its last bounce.
 
     Args:
-        family: Row of the family.
+        codes: Codes of the bounces of its family, see `FamilyTable`.
+        horizon_row: Launch horizon of each of its segments.
         bounces: Number of its bounces.
-        distance: Horizontal distance of the end of the ray [m].
-        tangent: Tangent of its grazing angle [1].
+        ray: The ray.
         profile: See `mark_reached_samples`.
-        channel: Water of the straight rays.
-        families: Tables of the families.
+        wavelength: Acoustic wavelength [m].
     """
-    codes, launch_slope, horizon = families.bounce_codes[family], profile.launch_slope, profile.horizon
-    stretch = math.sqrt(1 + tangent * tangent)
-    begin = channel.water_depth - channel.sonar_depth if codes[0] == 2 else channel.sonar_depth
+    launch_slope, horizon, tangent = profile.launch_slope, profile.horizon, ray.launch_tangent
+    stretch = math.sqrt(1 + ray.grazing_tangent * ray.grazing_tangent)
     previous, previous_half = 0.0, 0.0
     for s in range(bounces):
-        stop, half = (begin + s * channel.water_depth) / tangent, 0.0
+        stop, half = ray.first + s * ray.period, 0.0
         if codes[s] == 2:
-            fraction = min(max(stop / distance, 0.0), 1.0)
-            half = math.sqrt(channel.wavelength * distance * stretch * fraction * (1 - fraction)) * stretch / tangent
-        horizon_row = families.horizon_row[family, s]
+            fraction = min(max(stop / ray.distance, 0.0), 1.0)
+            zone = wavelength * ray.distance * stretch * fraction * (1 - fraction)
+            half = math.sqrt(zone) * stretch / ray.grazing_tangent
+        row = horizon_row[s]
         if s > 0 and codes[s - 1] == 2:
             m = max(math.ceil((previous + previous_half) / profile.step - profile.start_steps), 0)
             end = min(math.floor((stop - half) / profile.step - profile.start_steps) + 1, profile.sample_count)
-            if m < end and horizon[horizon_row, m] > tangent:
+            if m < end and horizon[row, m] > tangent:
                 while m < end:
-                    if launch_slope[horizon_row, m] > tangent:
+                    if launch_slope[row, m] > tangent:
                         return False
                     m += 1
         elif s > 0 or codes[0] == 2:
             m = min(math.floor((stop - half) / profile.step - profile.start_steps), profile.sample_count - 1)
-            if m >= 0 and tangent > horizon[horizon_row, m]:
+            if m >= 0 and tangent > horizon[row, m]:
                 return False
         previous, previous_half = stop, half
     return True

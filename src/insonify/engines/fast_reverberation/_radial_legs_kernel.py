@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.radial_tables import FamilyTable, IsovelocityChannel, RadialLegs
 from insonify.jit import njit
 
 Floats = NDArray[np.float64]
@@ -91,13 +90,16 @@ class SampleBlock(NamedTuple):
     """Samples of successive radials, up to m of them, whose legs are evaluated together."""
 
     facet: Singles
-    """Two slopes [1]; pressure of a leg [1]; area [m^2]; see `FamilyLegs.root_slant`; (5, m)."""
+    """Two slopes [1]; pressure of a leg [1]; area [m^2]; see `FamilyLegs.root_slant`; sine of the grazing angle of a
+    refracted leg at its bottom bounces [1]; (6, m)."""
     reached_families: Integers
     """Families that reach each sample, a bit for each, (m,)."""
     bearing: Singles
     """Columns of `RadialBearings` [1], (4, m)."""
     cell_width: Floats
     """Step [m] times angular width [rad] of the cells of the radial of each sample, (m,)."""
+    refraction: Singles
+    """`refraction_columns` of each sample in turn in layered water, (8 m,) or empty."""
 
 
 @njit(inline="always")
@@ -186,58 +188,3 @@ def apply_direction_factor(factor: Singles, root_slant: Singles, pressure: Singl
         cell = min(np.uint32(index), last)
         fraction = index - np.float32(cell)
         pressure[i] *= math.sqrt(factor[cell] + fraction * (factor[cell + np.uint32(1)] - factor[cell]))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def legs_to_samples(
-    samples: tuple[int, int], heading: float, channel: IsovelocityChannel, table: FamilyTable, family_bits: int,
-    block: SampleBlock, legs: RadialLegs,
-) -> None:  # fmt: skip
-    """Fill the legs to the m samples of some radials.
-
-    Args:
-        samples: First row of `legs` that is filled, and the one after the last.
-        heading: Heading of the frame of the radials [rad].
-        channel: Water of the straight rays.
-        table: Tables of the families.
-        family_bits: Families requested at any of the samples, a bit for each.
-        block: The samples, in the order of these rows; the fourth row of `facet` becomes the areas.
-        legs: Result.
-    """
-    (n, stop), facet, bearing = samples, block.facet, block.bearing
-    m, reached_families = stop - n, block.reached_families
-    range_depth, normal, delay = legs.range_depth, legs.normal, legs.delay
-    departure, arrival = legs.departure, legs.arrival
-    amplitude, reflection_products, bounce_codes = legs.amplitude, table.reflection_products, table.bounce_codes
-    # rows of whole arrays: the compiler must see that they are contiguous
-    depth, pressure, area, root_slant = range_depth[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
-    facets = Facets(range_depth[0, n:stop], facet[0, :m], facet[1, :m], normal[0, n:stop], normal[1, n:stop],
-                    normal[2, n:stop], area)  # fmt: skip
-    facet_normals(facets, math.cos(heading), math.sin(heading), block.cell_width[:m])
-    bearings = RadialBearings(bearing[0, :m], bearing[1, :m], bearing[2, :m], bearing[3, :m])
-    nodes = reflection_products.shape[1] - 1
-    for f in range(table.image_depths.size):
-        if family_bits & (1 << f) == 0:
-            amplitude[f, n:stop] = 0
-            continue
-        sign, bounces = 1.0, 0
-        for q in range(bounce_codes.shape[1]):
-            if bounce_codes[f, q] > 0:
-                sign, bounces = -sign, bounces + 1
-        columns = FamilyLegs(delay[f, n:stop], arrival[f, 0, n:stop], arrival[f, 1, n:stop], arrival[f, 2, n:stop],
-                             departure[f, 0, n:stop], departure[f, 1, n:stop], departure[f, 2, n:stop], pressure,
-                             root_slant)  # fmt: skip
-        image = FamilyImage(table.image_depths[f], 1 / channel.sound_speed, table.absorption_octaves, sign, f)
-        straight_legs(facets, depth, image, bearings, reached_families[:m], columns)
-        if table.direction_factor.size > 0:
-            apply_direction_factor(table.direction_factor, root_slant, pressure)
-        if bounces == 0:
-            for i in range(m):
-                amplitude[f, n + i] = np.complex64(pressure[i])
-            continue
-        for i in range(m):
-            position = min(abs(arrival[f, 2, n + i]), np.float32(1)) * np.float32(nodes)
-            cell = np.uint64(min(int(position), nodes - 1))  # unsigned: a signed index costs a test
-            fraction = np.float32(position - cell)
-            low, high = reflection_products[f, cell], reflection_products[f, cell + np.uint64(1)]
-            amplitude[f, n + i] = pressure[i] * (low + fraction * (high - low))

@@ -42,7 +42,8 @@ def pair_energies(
         radials: See `radial_columns`.
         heading: Heading of their frame in the world [rad].
         edges: Edges of the range bins, horizontal distances [m], increasing, (b + 1,).
-        verticals: Vertical distance from each image source down to the seabed [m], (f,).
+        verticals: Distance times tangent of the launch angle of each family in each range bin, for straight rays the
+            height of the image source above the seabed [m], (f, b).
         is_odd: True if the family has an odd number of bounces, (f,).
         pair: Rows of two legs, (p, 2).
         strength: Cross section of each pair times the squares of both legs' pressures, in each range bin [m^-4], (p,
@@ -52,7 +53,7 @@ def pair_energies(
         same_beams: True if both are the same.
         energy: Result, (s, b, p).
     """
-    transmit, receive = np.empty(verticals.size), np.empty(verticals.size)
+    transmit, receive = np.empty(verticals.shape[0]), np.empty(verticals.shape[0])
     c0, s0 = math.cos(heading), math.sin(heading)
     for s in range(radials.shape[0]):
         cosine_in_frame, sine_in_frame = radials[s, column.COSINE], radials[s, column.SINE]
@@ -70,9 +71,9 @@ def pair_energies(
                 distance = (
                     bin_near + (bin_far - bin_near) * (((2 * k + 1) * samples // 2 + k) % samples + 0.5) / samples
                 )
-                for f in range(verticals.size):
-                    inverse = 1 / math.sqrt(distance * distance + verticals[f] * verticals[f])
-                    cosine, down = distance * inverse, verticals[f] * inverse
+                for f in range(verticals.shape[0]):
+                    inverse = 1 / math.sqrt(distance * distance + verticals[f, b] * verticals[f, b])
+                    cosine, down = distance * inverse, verticals[f, b] * inverse
                     down = -down if is_odd[f] else down
                     transmit[f] = gain_towards(x * cosine, y * cosine, down, transmit_beam)
                     receive[f] = transmit[f] if same_beams else gain_towards(x * cosine, y * cosine, down, receive_beam)

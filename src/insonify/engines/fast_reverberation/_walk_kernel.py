@@ -17,10 +17,25 @@ from insonify.engines.fast_reverberation._line_of_sight_kernel import (
     mark_clear_bounces,
     mark_reached_samples,
     mark_used_horizons,
+    running_extreme,
     running_horizon,
 )
-from insonify.engines.fast_reverberation._radial_legs_kernel import SampleBlock, legs_to_samples
+from insonify.engines.fast_reverberation._radial_legs_kernel import (
+    Facets,
+    FamilyImage,
+    FamilyLegs,
+    RadialBearings,
+    SampleBlock,
+    apply_direction_factor,
+    facet_normals,
+    straight_legs,
+)
 from insonify.engines.fast_reverberation._radial_terrain_kernel import sample_radial_terrain
+from insonify.engines.fast_reverberation._refraction_kernel import (
+    interpolate_refraction,
+    refracted_launch_slopes,
+    refracted_legs,
+)
 from insonify.engines.radial_tables import (
     FamilyTable,
     IsovelocityChannel,
@@ -71,8 +86,9 @@ def walk_radials(
     horizon_count = families.horizon_image_depths.size
     launch_slope, horizon = np.empty((2, horizon_count, max_sample_count), np.float32)
     node_index, size = np.empty(max_sample_count, np.uint32), BLOCK + max_list_length
-    block = SampleBlock(np.empty((5, size), np.float32), np.empty(size, np.int32), np.empty((4, size), np.float32),
-                        np.empty(size))  # fmt: skip
+    refracted = families.refraction.nodes.size > 0
+    block = SampleBlock(np.empty((6, size), np.float32), np.empty(size, np.int32), np.empty((4, size), np.float32),
+                        np.empty(size), np.empty(8 * size if refracted else 0, np.float32))  # fmt: skip
     clear, used = np.empty(families.image_depths.size, np.bool_), np.empty(horizon_count, np.bool_)
     mark_clear_bounces(channel, families, clear)
     mark_used_horizons(clear, families, used)
@@ -86,8 +102,16 @@ def walk_radials(
             span = first_occluding_sample(lists.sample_number[begin], channel, families), lists.sample_counts[list_row]
             sample_radial_terrain(frame, radials[s], span, channel.water_depth, tiles, node_index, line_depth, slope)
             for w in range(horizon_count):
-                if used[w] and lists.needed_horizons[list_row, w]:
-                    running_horizon(line_depth, families.horizon_image_depths[w], families.horizon_rising[w], spacing,
+                if not (used[w] and lists.needed_horizons[list_row, w]):
+                    continue
+                rising = families.horizon_rising[w]
+                if refracted:
+                    deepest = channel.water_depth if rising else np.inf
+                    refracted_launch_slopes(line_depth, w, deepest, spacing, start_steps, span, families.refraction,
+                                            launch_slope[w])  # fmt: skip
+                    running_extreme(rising, span, launch_slope[w], horizon[w])
+                else:
+                    running_horizon(line_depth, families.horizon_image_depths[w], rising, spacing,
                                     start_steps, span, launch_slope[w], horizon[w])  # fmt: skip
             gather_samples(lists, (begin, stop, n - block_start, n), radials[s], frame, line_depth, slope, block,
                            legs.range_depth)  # fmt: skip
@@ -111,6 +135,67 @@ def walk_radials(
         block_start, first_radial, family_bits = n, s + 1, 0
     legs.radial_offsets[radials.shape[0]] = n
     return ranges
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def legs_to_samples(
+    samples: tuple[int, int], heading: float, channel: IsovelocityChannel, table: FamilyTable, family_bits: int,
+    block: SampleBlock, legs: RadialLegs,
+) -> None:  # fmt: skip
+    """Fill the legs to the m samples of some radials.
+
+    Args:
+        samples: First row of `legs` that is filled, and the one after the last.
+        heading: Heading of the frame of the radials [rad].
+        channel: Water of the straight rays.
+        table: Tables of the families.
+        family_bits: Families requested at any of the samples, a bit for each.
+        block: The samples, in the order of these rows; the fourth row of `facet` becomes the areas.
+        legs: Result.
+    """
+    (n, stop), facet, bearing = samples, block.facet, block.bearing
+    m, reached_families = stop - n, block.reached_families
+    range_depth, normal, delay = legs.range_depth, legs.normal, legs.delay
+    departure, arrival = legs.departure, legs.arrival
+    amplitude, reflection_products, bounce_codes = legs.amplitude, table.reflection_products, table.bounce_codes
+    # rows of whole arrays: the compiler must see that they are contiguous
+    depth, pressure, area, root_slant = range_depth[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
+    facets = Facets(range_depth[0, n:stop], facet[0, :m], facet[1, :m], normal[0, n:stop], normal[1, n:stop],
+                    normal[2, n:stop], area)  # fmt: skip
+    facet_normals(facets, math.cos(heading), math.sin(heading), block.cell_width[:m])
+    bearings = RadialBearings(bearing[0, :m], bearing[1, :m], bearing[2, :m], bearing[3, :m])
+    nodes = reflection_products.shape[1] - 1
+    for f in range(table.image_depths.size):
+        if family_bits & (1 << f) == 0:
+            amplitude[f, n:stop] = 0
+            continue
+        sign, bounces = 1.0, 0
+        for q in range(bounce_codes.shape[1]):
+            if bounce_codes[f, q] > 0:
+                sign, bounces = -sign, bounces + 1
+        columns = FamilyLegs(delay[f, n:stop], arrival[f, 0, n:stop], arrival[f, 1, n:stop], arrival[f, 2, n:stop],
+                             departure[f, 0, n:stop], departure[f, 1, n:stop], departure[f, 2, n:stop], pressure,
+                             root_slant)  # fmt: skip
+        image = FamilyImage(table.image_depths[f], 1 / channel.sound_speed, table.absorption_octaves, sign, f)
+        bounce_sine = arrival[f, 2, n:stop]
+        if table.refraction.nodes.size == 0:
+            straight_legs(facets, depth, image, bearings, reached_families[:m], columns)
+        else:
+            bounce_sine = facet[5, :m]
+            interpolate_refraction(facets.distance, depth, f, table.refraction, block.refraction)
+            refracted_legs(facets, depth, image, bearings, reached_families[:m], block.refraction, columns, bounce_sine)
+        if table.direction_factor.size > 0:
+            apply_direction_factor(table.direction_factor, root_slant, pressure)
+        if bounces == 0:
+            for i in range(m):
+                amplitude[f, n + i] = np.complex64(pressure[i])
+            continue
+        for i in range(m):
+            position = min(abs(bounce_sine[i]), np.float32(1)) * np.float32(nodes)
+            cell = np.uint64(min(int(position), nodes - 1))  # unsigned: a signed index costs a test
+            fraction = np.float32(position - cell)
+            low, high = reflection_products[f, cell], reflection_products[f, cell + np.uint64(1)]
+            amplitude[f, n + i] = pressure[i] * (low + fraction * (high - low))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -8,9 +8,11 @@ targets remains that over the mean plane.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insonify.engines.fast_reverberation._fast_relief_reflections_kernel import (
     SamplesOnSegments,
+    displace_refracted_legs,
     reached_samples,
     write_image_paths,
 )
@@ -18,23 +20,29 @@ from insonify.engines.fast_reverberation.reverberation_plan import Reverberation
 from insonify.engines.radial_tables import RadialLegs, RadialSet
 from insonify.engines.relief_reflections import reflection_product
 from insonify.propagation.families import bounce_sequence
-from insonify.propagation.local_planes import local_plane_paths
-from insonify.scene.scene import Scene
+from insonify.propagation.image_path_kernel import ImagePaths
+from insonify.propagation.launch_angles import LaunchAngles
+from insonify.propagation.local_planes import flat_image_paths, local_plane_paths
+from insonify.propagation.propagation_model import PropagationModel
 from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
 
 ZONE_PART = 0.125
 """Longest distance between the bounces of successive nodes, re the half width of the Fresnel zone [1]."""
 
 
 def bounce_off_relief(
-    scene: Scene, terrain: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan, part: RadialSet,
-    legs: RadialLegs,
+    rays: PropagationModel, terrain: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan,
+    part: RadialSet, legs: RadialLegs,
 ) -> None:  # fmt: skip
     """Replace the legs with bottom bounces of some radials by legs off planes fitted to the seabed at each bounce.
 
+    Refracted legs are moved by what these planes change in straight ones.
+
     Args:
-        scene: The scene.
+        rays: Propagation model of the scene.
         terrain: Terrain of the seabed, which has relief.
         ping_geometry: The sonar at this ping.
         plan: The reverberation plan.
@@ -53,13 +61,46 @@ def bounce_off_relief(
         count, nodes = reached_samples(position, legs.amplitude[f], legs, list_starts, beam_bearing, spacing, columns)
         if count:
             point = columns.point[:nodes]
-            paths = local_plane_paths(family, position, point, terrain, wavelength)
-            product = reflection_product(family, paths, terrain, wavelength, scene).astype(np.complex64)
             row, segment, fraction, listed = (column[:count] for column in columns[:4])
             samples = SamplesOnSegments(row, segment, fraction, listed, point)
+            if plan.table.refraction.nodes.size:
+                paths = _displaced_paths(family, rays.launch_angles(float(position[2])), position, point, terrain,
+                                         wavelength)  # fmt: skip
+                displace_refracted_legs(position, samples, beam_bearing, paths, f, plan.table, legs)
+                continue
+            paths = local_plane_paths(family, position, point, terrain, wavelength)
+            product = reflection_product(family, paths, terrain, wavelength, rays.scene).astype(np.complex64)
             write_image_paths(
-                position, samples, beam_bearing, paths, product, 1 / scene.water.sound_speed, f, plan.table, legs
+                position, samples, beam_bearing, paths, product, 1 / rays.scene.water.sound_speed, f, plan.table, legs
             )  # fmt: skip
+
+
+def _displaced_paths(
+    family: str, launches: LaunchAngles, position: Floats, point: Floats, terrain: SeabedTerrain, wavelength: float
+) -> ImagePaths:
+    """Straight paths of one family to points, off planes fitted where refracted rays bounce.
+
+    Where there is no such path, that off the mean seabed.
+
+    Args:
+        family: Name of the family.
+        launches: Launch angles of the refracted rays.
+        position: North, east, depth of the sonar [m], (3,).
+        point: The same of the points [m], (n, 3).
+        terrain: Terrain of the seabed.
+        wavelength: Wavelength of the sound [m].
+    """
+    distance = np.hypot(*(point[:, :2] - position[:2]).T)
+    slope = launches.launch_slope(family, distance, point[:, 2])
+    ranges = [np.clip(np.nan_to_num(at), 0.0, distance) for at in launches.bounce_ranges(family, slope)]
+    local = local_plane_paths(family, position, point, terrain, wavelength, terrain_bounce_ranges=np.array(ranges))
+    flat = flat_image_paths(family, position, point, terrain.depth)
+    exists = local.is_valid
+    return local._replace(
+        length=np.where(exists, local.length, flat.length),
+        departure=np.where(exists[:, None], local.departure, flat.departure),
+        arrival=np.where(exists[:, None], local.arrival, flat.arrival), is_valid=np.ones_like(exists),
+    )  # fmt: skip
 
 
 def _node_spacing(family: str, source: float, height: float, depth: float, wavelength: float) -> float:

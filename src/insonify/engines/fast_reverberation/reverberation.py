@@ -2,8 +2,8 @@
 
 `engines.eigenray_engine` evaluates any block of scatterers; an expectation over a whole seabed needs the same few
 quantities at every sample. Here each radial is evaluated in one pass (`_walk_kernel`), and all sample lists and tables
-are cached for the next ping. `prepare_fast_reverberation` checks the conditions: straight rays, a monostatic sonar, one
-beam a side. The general engine evaluates all other scenes.
+are cached for the next ping. `prepare_fast_reverberation` checks the conditions: one ray of each family to a point, a
+monostatic sonar, one beam a side. The general engine evaluates all other scenes.
 """
 
 import math
@@ -22,8 +22,16 @@ from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.fast_reverberation import _walk_kernel as kernel
 from insonify.engines.fast_reverberation._radial_terrain_kernel import CELLS
 from insonify.engines.fast_reverberation.fast_relief_reflections import bounce_off_relief
+from insonify.engines.fast_reverberation.level_legs import zone_climbs
 from insonify.engines.fast_reverberation.radial_window import TerrainWindow, radials_past_targets, terrain_window
-from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan, plan_reverberation
+from insonify.engines.fast_reverberation.refraction_table import RaysFromDepth, refraction_table
+from insonify.engines.fast_reverberation.reverberation_plan import (
+    RadialLines,
+    ReverberationPlan,
+    absorption_octaves,
+    bounce_tables,
+    plan_reverberation,
+)
 from insonify.engines.fast_reverberation.shadow_radials import shaded_legs, shadow_radials
 from insonify.engines.fast_reverberation.swath_origins import (
     ShadedSamples,
@@ -33,19 +41,22 @@ from insonify.engines.fast_reverberation.swath_origins import (
 )
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.radial_tables import (
+    STRAIGHT,
     IsovelocityChannel,
     MapTiles,
     PairSamples,
     RadialFrame,
     RadialLegs,
     RadialSet,
+    RefractionTable,
 )
-from insonify.engines.radials import radials_in_view
+from insonify.engines.radials import ViewedBoundary, radials_in_view
 from insonify.engines.resolution import receivable_range, two_way_gain_bound
-from insonify.propagation.families import families_reaching
+from insonify.propagation.families import families_reaching, image_depth
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
+from insonify.propagation.refracted_rays import RefractedRays
 from insonify.recent_results import Identity, RecentResults
 from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scattering.compiled_law import CompiledLaw, compile_law
@@ -107,6 +118,8 @@ class FastReverberation:
     """Fast reverberation of one ping."""
 
     scene: Scene
+    rays: PropagationModel
+    """Propagation model of the scene."""
     path_settings: PathSettings
     ping_geometry: PingGeometry
     known: PreparedReverberation
@@ -151,7 +164,7 @@ class FastReverberation:
         floor = float(amplitude_ratio(self.path_settings.beam_cutoff_db))
         bound = two_way_gain_bound(
             bounding_cylinders[:, :2], bounding_cylinders[:, 2] + displacement, self.ping_geometry, (top + base) / 2,
-            StraightRays(self.scene),
+            self.rays,
             self.path_settings.followed_families, rise=(base - top) / 2,
         )  # fmt: skip
         return bool((bound >= floor).any())
@@ -186,14 +199,14 @@ class FastReverberation:
         seabed, ping_geometry, plan = self.scene.seabed, self.ping_geometry, self.plan
         frame = RadialFrame(*self.window.start, self.known.heading, plan.step)
         channel = IsovelocityChannel(
-            float(ping_geometry.transmit_position[2]), seabed.depth, self.scene.water.sound_speed,
+            float(ping_geometry.transmit_position[2]), seabed.depth, ping_geometry.sound_speed,
             ping_geometry.wavelength, (seabed.depth, seabed.depth) if seabed.terrain is None else seabed.terrain.span,
         )  # fmt: skip
         legs, pairs, interference_ranges = _columns(part, len(plan.families), len(plan.allocation.pair))
         ranges = kernel.walk_radials(frame, channel, part, tiles, plan.table, legs, pairs, interference_ranges)
         terrain = seabed.terrain
         if terrain is not None and terrain.span[0] < terrain.span[1]:
-            bounce_off_relief(self.scene, terrain, ping_geometry, plan, part, legs)
+            bounce_off_relief(self.rays, terrain, ping_geometry, plan, part, legs)
         unlit = unlit_rows(plan, legs, pairs) if labelled else None
         positions = cache(partial(sample_positions, ping_geometry, part, legs))
         shaded = self._apply_target_shadows(part, legs, positions()) if part.passes_target.any() else None
@@ -259,7 +272,7 @@ class FastReverberation:
             return None
         points, up = (np.ascontiguousarray(columns.take(row, axis=1).T, float) for columns in (positions, legs.normal))
         edges = self.path_settings.edge_diffraction
-        shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, edges, points, up)
+        shaded = shaded_legs(self.rays, self.ping_geometry, self.plan, edges, points, up)
         legs.amplitude[:, row] *= shaded.visibility
         return ShadedSamples(row, shaded)
 
@@ -289,8 +302,8 @@ def prepare_fast_reverberation(
 ) -> FastReverberation | None:
     """Prepare fast reverberation of one ping; None where the scene does not meet its conditions.
 
-    Conditions: water of one sound speed, a three-dimensional scene, both ends of the sonar at one position, one beam a
-    side, a sea surface that reflects specularly only, and a seabed below the sonar.
+    Conditions: straight rays, or refracted ones of a `refraction_table`, a three-dimensional scene, both ends of the
+    sonar at one position, one beam a side, a sea surface that reflects specularly only, and a seabed below the sonar.
 
     Args:
         scene: The scene.
@@ -314,13 +327,17 @@ def prepare_fast_reverberation(
     prepared = _PREPARED.get(key, lambda: _prepare(scene, path_settings, ping_geometry, rays))
     if prepared is None:
         return None
-    parts = _radial_sets(scene, path_settings, ping_geometry, prepared)
+    parts = _radial_sets(rays, path_settings, ping_geometry, prepared)
     window = terrain_window(scene.seabed.terrain, ping_geometry, prepared.plan.step, parts, prepared.farthest)
-    return None if window is None else FastReverberation(scene, path_settings, ping_geometry, prepared, parts, window)
+    return (
+        None
+        if window is None
+        else FastReverberation(scene, rays, path_settings, ping_geometry, prepared, parts, window)
+    )
 
 
 def _radial_sets(
-    scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, prepared: PreparedReverberation
+    rays: PropagationModel, path_settings: PathSettings, ping_geometry: PingGeometry, prepared: PreparedReverberation
 ) -> list[RadialSet]:
     """Radials of one ping: those of its plan, and narrow ones in place of those that targets shade."""
     plan = prepared.plan
@@ -329,7 +346,7 @@ def _radial_sets(
     complete = RadialSet(plan.radials, plan.lists, np.arange(len(passes)), passes)
     shaded = None
     if passes.any():
-        shaded = shadow_radials(plan, scene, ping_geometry, path_settings, prepared.heading, passing)
+        shaded = shadow_radials(plan, rays, ping_geometry, path_settings, prepared.heading, passing)
     if shaded is None or not shaded.replaced.any():
         return [complete]
     unreplaced = np.flatnonzero(~shaded.replaced)
@@ -352,11 +369,11 @@ def _prepare(
     families = families_reaching("seabed", path_settings.followed_families)
     if path_settings.geometry != "3d" or "seabed" not in path_settings.contributions:
         return None
-    if not isinstance(rays, StraightRays):
-        return None
     if scene.is_rough(families):
         return None
     if ping_geometry.channel_count != 1 or law is None or not families:
+        return None
+    if not isinstance(rays, StraightRays | RefractedRays):
         return None
     source, rise = float(ping_geometry.transmit_position[2]), 0.0
     if terrain is not None:
@@ -371,13 +388,42 @@ def _prepare(
         if 2 * window_range.farthest / (terrain.heightmap_cell_size * CELLS) > CACHE_SIDE - 4:
             return None
     floor = float(amplitude_ratio(path_settings.beam_cutoff_db))
+    refraction = STRAIGHT if isinstance(rays, StraightRays) else _refraction(
+        rays, ping_geometry, families, window_range.farthest
+    )  # fmt: skip
+    if refraction is None:
+        return None
+    climbs = None
+    if refraction.nodes.size:
+        images = np.array([image_depth(name, source, seabed.depth) for name in families])
+        climbs = partial(zone_climbs, refraction, images, ping_geometry.sound_speed, seabed.depth)
     heading = 0.0 if terrain is None else terrain.relief.resolved.scatterer_grid.heading
-    radials = radials_in_view(ping_geometry, seabed.depth, window_range, sampling, families, floor, heading, rise)
-    plan = plan_reverberation(scene, ping_geometry, families, law, radials, step, heading, rise)
+    boundary = ViewedBoundary(seabed.depth, families, rise, climbs)
+    radials = radials_in_view(ping_geometry, boundary, window_range, sampling, floor, heading)
+    lines = RadialLines(radials, step, heading)
+    plan = plan_reverberation(rays, ping_geometry, families, law, lines, rise, refraction)
     return PreparedReverberation(
         plan, heading, window_range.farthest, _reduced_path_settings(path_settings, scene, ping_geometry, ()),
         _reduced_path_settings(path_settings, scene, ping_geometry, ("target",)),
     )  # fmt: skip
+
+
+_TABLES: RecentResults[RefractionTable | None] = RecentResults(8)
+
+
+def _refraction(
+    rays: RefractedRays, ping_geometry: PingGeometry, families: tuple[str, ...], farthest: float
+) -> RefractionTable | None:
+    """Refraction table of a ping, cached for all with its depth; None where a family does not qualify for one."""
+    frequency, source = ping_geometry.frequency, float(ping_geometry.transmit_position[2])
+    if not rays.uses_tables(frequency):
+        return None
+    absorption = absorption_octaves(float(rays.scene.water.absorption(frequency)))
+    end = RaysFromDepth(rays, source, ping_geometry.sound_speed, absorption)
+    return _TABLES.get(
+        (Identity(rays), source, families, frequency, farthest),
+        lambda: refraction_table(end, families, bounce_tables(families)[2], ping_geometry.wavelength, farthest),
+    )
 
 
 def _reduced_path_settings(

@@ -5,7 +5,8 @@ sonar at constant depth and attitude uses the same plan at every ping.
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,12 @@ from numpy.typing import NDArray
 from insonify.engines import radial_columns as column
 from insonify.engines.fast_reverberation._radial_samples_kernel import RangeBins, list_samples
 from insonify.engines.fast_reverberation.sample_allocation import SampleAllocation, allocate_samples
-from insonify.engines.radial_tables import FamilyTable, SampleLists
+from insonify.engines.radial_tables import FamilyTable, RefractionTable, SampleLists
 from insonify.engines.terrain_occlusion import fresnel_half_length
 from insonify.propagation.bounding_cylinders import bounding_cylinders
 from insonify.propagation.families import DIRECT, bounce_sequence, image_depth
+from insonify.propagation.launch_angles import LaunchAngles
+from insonify.propagation.propagation_model import PropagationModel
 from insonify.recent_results import Identity, RecentResults
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scene.scene import Scene
@@ -90,56 +93,79 @@ class ReverberationPlan:
         return _sample_lists(radials, heading, self.step, self.allocation, keep_probability, self.table)
 
 
+class RadialLines(NamedTuple):
+    """Radials in the frame of the seabed's map."""
+
+    radials: Floats
+    """Result of `radials_in_view`, (s, 9)."""
+    step: float
+    """Distance of samples along them [m]."""
+    heading: float
+    """Heading of their frame [rad]."""
+
+
 def plan_reverberation(
-    scene: Scene, ping_geometry: PingGeometry, families: tuple[str, ...], law: CompiledLaw, radials: Floats,
-    step: float, heading: float,
-    rise: float,
+    rays: PropagationModel, ping_geometry: PingGeometry, families: tuple[str, ...], law: CompiledLaw,
+    lines: RadialLines, rise: float, refraction: RefractionTable,
 ) -> ReverberationPlan:  # fmt: skip
     """Reverberation plan of a ping, cached for all pings with the same radials of `radials_in_view`.
 
     Args:
-        scene: The scene.
+        rays: Propagation model of the scene.
         ping_geometry: The sonar.
         families: Families that reach the seabed.
         law: Scattering law of the seabed.
-        radials: Result of `radials_in_view`.
-        step: Distance of samples along them [m].
-        heading: Heading of their frame [rad].
+        lines: The radials.
         rise: Largest height of the seabed above or below its mean depth [m].
+        refraction: Refraction table of the families.
     """
-    objects = map(Identity, (radials, scene, law))
-    key = (*objects, step, ping_geometry.pulse.pulse, ping_geometry.pulse.receiver)
-    return _PLANS.get(key, lambda: _plan(scene, ping_geometry, families, law, radials, step, heading, rise))
+    objects = map(Identity, (lines.radials, rays, law, refraction.nodes))
+    key = (*objects, lines.step, ping_geometry.pulse.pulse, ping_geometry.pulse.receiver)
+    return _PLANS.get(key, lambda: _plan(rays, ping_geometry, families, law, lines, rise, refraction))
 
 
 _PLANS: RecentResults[ReverberationPlan] = RecentResults(8)
 
 
 def _plan(
-    scene: Scene, ping_geometry: PingGeometry, families: tuple[str, ...], law: CompiledLaw, radials: Floats,
-    step: float, heading: float,
-    rise: float,
+    rays: PropagationModel, ping_geometry: PingGeometry, families: tuple[str, ...], law: CompiledLaw,
+    lines: RadialLines, rise: float, refraction: RefractionTable,
 ) -> ReverberationPlan:  # fmt: skip
     """Build the plan without the cache."""
+    scene, (radials, step, heading) = rays.scene, lines
     source, depth = float(ping_geometry.transmit_position[2]), scene.seabed.depth
     is_rough = scene.seabed.terrain is not None
-    reflection_products = _reflection_table(scene, families, round(source, 2), ping_geometry.wavelength, is_rough)
+    launches = rays.launch_angles(source if scene.water.layered else round(source, 2))
+    reflection_products = _REFLECTION_TABLES.get(
+        (
+            *map(Identity, (scene, launches) if scene.water.layered else (scene,)),
+            families,
+            round(source, 2),
+            ping_geometry.wavelength,
+        ),
+        lambda: _reflection_table(scene, families, launches, ping_geometry.wavelength, is_rough),
+    )
     absorption_db = float(scene.water.absorption(ping_geometry.frequency))
     sampling = allocate_samples(
         ping_geometry, depth, rise, families, radials, step, heading, law, reflection_products, absorption_db,
-        ASSUMED_SLOPE if is_rough else 0.0,
+        ASSUMED_SLOPE if is_rough else 0.0, refraction,
     )  # fmt: skip
-    bounce_codes, horizon_row, horizon_names = _bounce_tables(families)
+    bounce_codes, horizon_row, horizon_names = bounce_tables(families)
     table = FamilyTable(
         np.array([image_depth(name, source, depth) for name in families]), bounce_codes, horizon_row,
         horizon_image_depths=np.array([image_depth(name, source, depth) for name in horizon_names]),
         horizon_rising=np.array([name.endswith("B") for name in horizon_names]),
         reflection_products=reflection_products,
         direction_factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
-        absorption_octaves=absorption_db / 20 * float(np.log2(10)),
+        absorption_octaves=absorption_octaves(absorption_db), refraction=refraction,
     )  # fmt: skip
     lists = _sample_lists(sampling.radials, heading, step, sampling, sampling.keep_probability, table)
     return ReverberationPlan(families, law, sampling.radials, step, sampling, table, bounding_cylinders(scene), lists)
+
+
+def absorption_octaves(absorption_db: float) -> float:
+    """Absorption [octaves of pressure/m] from that in decibels [dB/m]."""
+    return absorption_db / 20 * float(np.log2(10))
 
 
 def _sample_lists(
@@ -175,7 +201,7 @@ def _sample_lists(
     return lists
 
 
-def _bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[str, ...]]:
+def bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[str, ...]]:
     """Codes of the bounces of each family (f, most), its rows of launches (f, most + 1), and names of the launches."""
     strings = [bounce_sequence(name) for name in families]
     longest = max(1, *(len(string) for string in strings))
@@ -194,25 +220,38 @@ def _bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArra
     return bounce_codes, horizon_row, tuple(horizon_names)
 
 
-@lru_cache(maxsize=32)
+_REFLECTION_TABLES: RecentResults[NDArray[np.complex64]] = RecentResults(32)
+
+
 def _reflection_table(
-    scene: Scene, families: tuple[str, ...], source: float, wavelength: float, is_rough: bool
+    scene: Scene, families: tuple[str, ...], launches: LaunchAngles, wavelength: float, is_rough: bool
 ) -> NDArray[np.complex64]:
-    """Product of the bounces of each family over evenly spaced sines, for the mean seabed depth [1], (f, nodes)."""
+    """Product of the bounces of each family over evenly spaced sines of the grazing angle at the mean seabed.
+
+    Returns:
+        Products [1], (f, nodes).
+    """
     sine = np.linspace(0, 1, REFLECTION_NODES)
-    grazing, depth, terrain = np.arcsin(sine), scene.seabed.depth, scene.seabed.terrain
+    depth, terrain = scene.seabed.depth, scene.seabed.terrain
+    grazing = at_surface = np.arcsin(sine)
+    if scene.water.layered:  # Snell's law; no ray that turns below the surface is reflected there
+        surface_speed, bed_speed = scene.water.sound_speed_at(np.array([0.0, depth]))
+        at_surface = np.arccos(np.minimum(np.sqrt(1 - sine**2) * (surface_speed / bed_speed), 1.0))
     tangent = np.maximum(sine, 1e-6) / np.sqrt(np.maximum(1 - sine**2, 1e-12))
+    slope = launches.launch_slope_to_bottom(tangent)
     table = np.ones((len(families), REFLECTION_NODES), np.complex128)
     for row, string in enumerate(map(bounce_sequence, families)):
-        distance = np.abs(depth - image_depth(families[row], source, depth)) / tangent
-        first = depth - source if string.startswith("B") else source
-        for k, letter in enumerate(string):
+        *bounces, distance = launches.bounce_ranges(string + "B", slope)
+        for letter, bounce in zip(string, bounces, strict=True):
             if letter == "S":
-                table[row] *= scene.surface.reflection_coefficient(grazing)
+                table[row] *= scene.surface.reflection_coefficient(at_surface)
                 continue
             table[row] *= scene.seabed.reflection_coefficient(grazing)
             if is_rough and terrain is not None:
-                half_length = fresnel_half_length((first + k * depth) / tangent, distance, tangent, wavelength)
+                exists = np.isfinite(distance)
+                half_length = fresnel_half_length(
+                    np.where(exists, bounce, 1.0), np.where(exists, distance, 2.0), tangent, wavelength
+                )
                 zone = np.maximum(2 * half_length * np.sqrt(np.maximum(sine, 1e-6)), 1e-6)
                 table[row] *= terrain.roughness_reflection_factor(sine, wavelength, np.asarray(zone, float))
     return table.astype(np.complex64)

@@ -10,6 +10,7 @@ Source: Neyman (1934), J. R. Stat. Soc. 97(4), optimum allocation in stratified 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,8 @@ from insonify.engines.fast_reverberation._sample_allocation_kernel import (
     pair_energies,
     pair_keep_probabilities,
 )
+from insonify.engines.fast_reverberation.level_legs import LevelLegs, level_legs
+from insonify.engines.radial_tables import STRAIGHT, RefractionTable
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.sonar.ping_geometry import PingGeometry
@@ -65,7 +68,7 @@ class SampleAllocation:
 def allocate_samples(
     ping_geometry: PingGeometry, depth: float, rise: float, families: tuple[str, ...], radials: Floats, step: float,
     heading: float, law: CompiledLaw, reflection_products: NDArray[np.complex64], absorption_db: float,
-    slope: float,
+    slope: float, refraction: RefractionTable = STRAIGHT,
 ) -> SampleAllocation:  # fmt: skip
     """Keep probabilities of all pairs along the radials of one ping.
 
@@ -81,6 +84,7 @@ def allocate_samples(
         reflection_products: Product of all bounces of a family over evenly spaced sines, (f, nodes).
         absorption_db: Absorption of the water [dB/m].
         slope: Assumed slope of the seabed [1].
+        refraction: Refraction table of the families.
     """
     count = len(families)
     pair = np.array([(i, j) for i in range(count) for j in range(i, count)], np.int64)
@@ -90,27 +94,28 @@ def allocate_samples(
     nearest, farthest = float(radials[:, column.START].min()), float(radials[:, column.STOP].max())
     edges = nearest + (farthest - nearest) * np.linspace(0, 1, RANGE_BINS + 1) ** 1.5
     source, speed = float(ping_geometry.transmit_position[2]), ping_geometry.sound_speed
-    heights = np.array([depth - image_depth(name, source, depth) for name in families])
-    middle = (edges[1:] + edges[:-1]) / 2
-    strength = _strengths(middle, heights, pair, law, reflection_products, absorption_db, slope)
+    image_depths = np.array([image_depth(name, source, depth) for name in families])
+    legs = partial(level_legs, refraction, image_depths, speed)
+    in_bins = legs((edges[1:] + edges[:-1]) / 2, depth)
+    climb = np.ascontiguousarray(in_bins.climb)
+    strength = _strengths(in_bins, pair, law, reflection_products, absorption_db, slope)
     odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
     transmit, receive = ping_geometry.transmit_beams.kernel_tables, ping_geometry.receive_beams.kernel_tables
     same_beams = ping_geometry.same_beams
 
     def energies(subset: Floats) -> NDArray[np.float32]:
         line_energy = np.empty((len(subset), RANGE_BINS, len(pair)), np.float32)
-        pair_energies(subset, heading, edges, heights, odd, pair, strength, transmit, receive, same_beams, line_energy)
+        pair_energies(subset, heading, edges, climb, odd, pair, strength, transmit, receive, same_beams, line_energy)
         return line_energy
 
     energy = energies(radials)
     pulse, total = ping_geometry.pulse, energy.sum(axis=0, dtype=float).T
-    pair_delay = (np.hypot(edges, heights[:, None]) / speed)[pair].sum(axis=1)
+    pair_delay = legs(edges, depth).delay[pair].sum(axis=1)
     durations = np.maximum(np.diff(pair_delay, axis=1), pulse.effective_duration) / pulse.effective_duration
     energy_sum = np.diff(arrived_energy(pair_delay, total), axis=1) / durations
     received = np.ascontiguousarray((total / durations >= NEGLIGIBLE * energy_sum).T)
-    pair_group = _interfering_pairs(
-        edges, heights, pair, speed, rise, INTERFERENCE_PULSES * pulse.effective_duration, received
-    )
+    levels = [legs(edges, depth + shift).delay for shift in (-rise, rise)]
+    pair_group = _interfering_pairs(levels, pair, INTERFERENCE_PULSES * pulse.effective_duration, received)
     costly = np.array([any("B" in families[k] for k in rows_of_pair) for rows_of_pair in pair]) & (slope > 0)
     full_energy = np.ascontiguousarray(
         np.maximum(FULL_SAMPLING_ENERGY * np.where(costly, BOUNCE_COST_FACTOR, 1.0)[:, None] * energy_sum, 1e-300).T
@@ -141,26 +146,21 @@ def allocate_samples(
 
 
 def _strengths(
-    distance: Floats, heights: Floats, pair: NDArray[np.int64], law: CompiledLaw,
-    reflection_products: NDArray[np.complex64], absorption_db: float, slope: float,
+    legs: LevelLegs, pair: NDArray[np.int64], law: CompiledLaw, reflection_products: NDArray[np.complex64],
+    absorption_db: float, slope: float,
 ) -> Floats:  # fmt: skip
-    """Cross section of each pair times the squares of both legs' pressures at some distances [m^-4], (p, n)."""
-    length = np.hypot(distance, heights[:, None])
-    sine = heights[:, None] / length
+    """Cross section of each pair times the squares of both legs' pressures at n distances [m^-4], (p, n)."""
+    length, sine, count = legs.length, legs.arrival_sine, legs.length.shape[1]
     nodes = reflection_products.shape[1] - 1
-    reflected = (
-        np.abs(
-            np.stack([row[np.rint(x * nodes).astype(int)] for row, x in zip(reflection_products, sine, strict=True)])
-        )
-        ** 2
-    )
-    power = reflected * 10 ** (-absorption_db * length / 10) / length**2
+    index = np.rint(legs.bounce_sine * nodes).astype(int)
+    reflected = np.abs(np.take_along_axis(reflection_products, index, axis=1)) ** 2
+    power = reflected * 10 ** (-absorption_db * length / 10) / length**2 * legs.pressure**2
     direction = np.stack([np.sqrt(1 - sine**2), 0 * sine, sine], axis=1).astype(np.float32)
-    strength = np.zeros((len(pair), len(distance)))
+    strength = np.zeros((len(pair), count))
     for tilt in (-slope, 0.0, slope):
-        normal = np.empty((3, len(distance)), np.float32)
+        normal = np.empty((3, count), np.float32)
         normal[:] = np.array([[np.sin(tilt)], [0.0], [-np.cos(tilt)]])
-        section = np.empty(len(distance), np.float32)
+        section = np.empty(count, np.float32)
         for row, (i, j) in enumerate(pair):
             law.fill(direction[i], -direction[j], normal, section)
             strength[row] += section / 3 * power[i] * power[j]
@@ -168,11 +168,18 @@ def _strengths(
 
 
 def _interfering_pairs(
-    edges: Floats, heights: Floats, pair: NDArray[np.int64], speed: float, rise: float, max_lag: float,
-    needed: NDArray[np.bool_],
-) -> NDArray[np.int64]:  # fmt: skip
-    """First of the pairs that may arrive within `max_lag` [s] of each pair, possibly the pair itself, (b, p)."""
-    ends = [(np.hypot(edges, heights[:, None] + shift) / speed)[pair].sum(axis=1).T for shift in (-rise, rise)]
+    levels: list[Floats], pair: NDArray[np.int64], max_lag: float, needed: NDArray[np.bool_]
+) -> NDArray[np.int64]:
+    """First of the pairs that may arrive within a lag of each pair, possibly the pair itself, (b, p).
+
+    Args:
+        levels: Travel times of the families to the edges of the range bins [s], over the highest and the deepest level
+            of the seabed, (f, b + 1) each.
+        pair: Rows of two families, (p, 2).
+        max_lag: Largest lag [s].
+        needed: True for the pairs that are received, (b, p).
+    """
+    ends = [delay[pair].sum(axis=1).T for delay in levels]
     pair_delay = np.stack([end[part] for end in ends for part in (slice(None, -1), slice(1, None))])
     lag = pair_delay[..., :, None] - pair_delay[..., None, :]
     overlap = (lag.min(axis=0) <= max_lag) & (lag.max(axis=0) >= -max_lag) & needed[:, :, None] & needed[:, None, :]

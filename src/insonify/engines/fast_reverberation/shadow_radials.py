@@ -15,15 +15,16 @@ from numpy.typing import NDArray
 
 from insonify.engines import radial_columns as column
 from insonify.engines.fast_reverberation._radial_samples_kernel import FULL_PROBABILITY
+from insonify.engines.fast_reverberation.level_legs import level_legs
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.polar_grid import GOLDEN
 from insonify.engines.target_shadows import shadow_sector
 from insonify.propagation.image_sources import StraightRays, leg_occlusion
 from insonify.propagation.knife_edge import diffract_at_edges
 from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.propagation_model import PropagationModel
 from insonify.records.legs import LegStatus
 from insonify.scene.scatterers import Scatterers
-from insonify.scene.scene import Scene
 from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
@@ -68,12 +69,13 @@ class ShadedLegs(NamedTuple):
 
 
 def shaded_legs(
-    scene: Scene, ping_geometry: PingGeometry, plan: ReverberationPlan, edges: str, points: Floats, normal: Floats
-) -> ShadedLegs:
-    """Straight one-way legs past targets, without occlusion by relief.
+    rays: PropagationModel, ping_geometry: PingGeometry, plan: ReverberationPlan, edges: str, points: Floats,
+    normal: Floats,
+) -> ShadedLegs:  # fmt: skip
+    """One-way legs past targets, without occlusion by relief.
 
     Args:
-        scene: The scene.
+        rays: Propagation model of the scene, with one ray of each family.
         ping_geometry: The sonar, both ends at one position.
         plan: The plan of its radials, with f families.
         edges: Edge diffraction of targets: "none" or "knife-edge".
@@ -86,19 +88,23 @@ def shaded_legs(
         np.zeros(count, np.uint64),
     )  # fmt: skip
     position = ping_geometry.transmit_position
-    if edges == "none":
-        status, occluder = leg_occlusion(scene, position, scatterers, plan.families)
+    if edges == "none" and isinstance(rays, StraightRays):
+        status, occluder = leg_occlusion(rays.scene, position, scatterers, plan.families)
         return ShadedLegs((status == LegStatus.CLEAR).astype(float), status, occluder)
-    legs = StraightRays(scene).legs(position, scatterers, plan.families, ping_geometry.frequency)
+    legs = rays.legs(position, scatterers, plan.families, ping_geometry.frequency)
+    if edges == "none":
+        return ShadedLegs((legs.status == LegStatus.CLEAR).astype(float), legs.status, legs.occluder)
     faces_sonar = legs.status != LegStatus.FACING_AWAY
     unshaded = replace(legs, visibility=faces_sonar.astype(float))
-    diffracted = diffract_at_edges(unshaded, scatterers, position, scene, ping_geometry.wavelength, approximate=True)
+    diffracted = diffract_at_edges(
+        unshaded, scatterers, position, rays.scene, ping_geometry.wavelength, approximate=True
+    )
     return ShadedLegs(np.asarray(faces_sonar * diffracted.visibility), legs.status, legs.occluder)
 
 
 def shadow_radials(
-    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, path_settings: PathSettings, heading: float,
-    passing: NDArray[np.bool_],
+    plan: ReverberationPlan, rays: PropagationModel, ping_geometry: PingGeometry, path_settings: PathSettings,
+    heading: float, passing: NDArray[np.bool_],
 ) -> ShadowRadials | None:  # fmt: skip
     """Narrow radials in the shadows of one ping, and the remainder of the radials that they replace.
 
@@ -106,14 +112,14 @@ def shadow_radials(
 
     Args:
         plan: The plan of the ping's s radials.
-        scene: The scene.
+        rays: Propagation model of the scene.
         ping_geometry: The sonar at this ping.
         path_settings: Path settings.
         heading: Heading of the radials' frame [rad].
         passing: Mask of radials that pass each of t targets, see `radials_past_targets`, (t, s).
     """
     any_target = np.asarray(passing.any(axis=0), bool)
-    runs = _shadow_runs(plan, scene, ping_geometry, path_settings, heading, passing)
+    runs = _shadow_runs(plan, rays, ping_geometry, path_settings, heading, passing)
     if not runs:
         return None
     replaced = np.zeros(len(plan.radials), bool)
@@ -133,10 +139,10 @@ def shadow_radials(
     keep_probability, remainder = plan.allocation.keep_probability[row], sum(len(rows) for rows, _ in undivided)
     # in a shadow only weak pairs remain: all samples are evaluated
     keep_probability[remainder:][keep_probability[remainder:] > 0] = FULL_PROBABILITY
-    if scene.seabed.terrain is not None:
+    if rays.scene.seabed.terrain is not None:
         # also of terrain before and behind the shadow whose echoes arrive at the same time
         keep_probability[:remainder][
-            (keep_probability[:remainder] > 0) & _arrives_with_shadow(plan, scene, ping_geometry, runs)
+            (keep_probability[:remainder] > 0) & _arrives_with_shadow(plan, rays, ping_geometry, runs)
         ] = FULL_PROBABILITY
     return ShadowRadials(replaced, radials, keep_probability, any_target[row])
 
@@ -156,18 +162,18 @@ class ShadowRun(NamedTuple):
 
 
 def _arrives_with_shadow(
-    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, runs: list[ShadowRun]
+    plan: ReverberationPlan, rays: PropagationModel, ping_geometry: PingGeometry, runs: list[ShadowRun]
 ) -> NDArray[np.bool_]:
     """True for pairs that arrive from a range bin while the first pair arrives from a shadow, (b, p).
 
     Delays are those of the mean plane of the seabed.
     """
-    vertical_distance = (scene.seabed.depth - plan.table.image_depths)[:, None]
 
     def pair_delay(distance: Floats) -> Floats:
-        return np.asarray(
-            np.hypot(distance, vertical_distance)[plan.allocation.pair].sum(axis=1) / ping_geometry.sound_speed
+        legs = level_legs(
+            plan.table.refraction, plan.table.image_depths, ping_geometry.sound_speed, distance, rays.scene.seabed.depth
         )
+        return np.asarray(legs.delay[plan.allocation.pair].sum(axis=1))
 
     begin, stop = (pair_delay(edge).T for edge in (plan.allocation.edges[:-1], plan.allocation.edges[1:]))
     overlap = np.zeros(begin.shape, bool)
@@ -220,21 +226,21 @@ def _split_radials(
 
 
 def _shadow_runs(
-    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, path_settings: PathSettings, heading: float,
-    passing: NDArray[np.bool_],
+    plan: ReverberationPlan, rays: PropagationModel, ping_geometry: PingGeometry, path_settings: PathSettings,
+    heading: float, passing: NDArray[np.bool_],
 ) -> list[ShadowRun]:  # fmt: skip
     """Intervals of distances at which radials are divided, each with the numbers of their parts.
 
     Arguments see `shadow_radials`.
     """
     edges = plan.allocation.edges
-    range_bin, distance, zone = _probe_distances(plan, scene, ping_geometry, path_settings, passing)
+    range_bin, distance, zone = _probe_distances(plan, rays, ping_geometry, path_settings, passing)
     if not len(range_bin):
         return []
     row = np.flatnonzero(passing.any(axis=0))
     unshaded = plan.energy[:, range_bin].sum(axis=2).astype(float)
     remaining = np.repeat(unshaded[:, None] / STRIPS, STRIPS + 1, axis=1)
-    energy = _remaining_energy(plan, scene, ping_geometry, path_settings, heading, row, range_bin, distance)
+    energy = _remaining_energy(plan, rays, ping_geometry, path_settings, heading, row, range_bin, distance)
     remaining[row] = energy / STRIPS
     total = ((remaining[:, 1:] + remaining[:, :-1]) / 2).sum(axis=(0, 1))
     in_shadow = total < (1 - MIN_HIDDEN_FRACTION) * unshaded.sum(axis=0)
@@ -269,18 +275,18 @@ def _parts_of_strips(unshaded: Floats, remaining: Floats) -> NDArray[np.int64]:
 
 
 def _probe_distances(
-    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, path_settings: PathSettings,
+    plan: ReverberationPlan, rays: PropagationModel, ping_geometry: PingGeometry, path_settings: PathSettings,
     passing: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], Floats, Floats]:  # fmt: skip
     """Probes of visibility: range bins (j,), distances [m] (j,), and near and far end of their shadow [m] (j, 2)."""
     energy, edges = plan.energy.sum(axis=2), plan.allocation.edges
-    unshaded, rays, diffracts = energy.sum(axis=0), StraightRays(scene), path_settings.edge_diffraction == "knife-edge"
+    unshaded, diffracts = energy.sum(axis=0), path_settings.edge_diffraction == "knife-edge"
     zones: dict[int, tuple[float, float]] = {}
     for row in np.flatnonzero(passing.any(axis=1)):
         is_hidden = energy[passing[row]].sum(axis=0) >= MIN_HIDDEN_FRACTION * np.maximum(unshaded, 1e-300)
         if not is_hidden.any():
             continue
-        zone = shadow_sector(scene, rays, ping_geometry, plan.families, int(row), float(edges[-1]), soft=diffracts)
+        zone = shadow_sector(rays.scene, rays, ping_geometry, plan.families, int(row), float(edges[-1]), soft=diffracts)
         for b in np.flatnonzero(is_hidden & (edges[1:] > zone.near) & (edges[:-1] < zone.far)).tolist():
             near, far = zones.get(b, (zone.near, zone.far))
             zones[b] = min(near, zone.near), max(far, zone.far)
@@ -294,15 +300,15 @@ def _probe_distances(
 
 
 def _remaining_energy(
-    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, path_settings: PathSettings, heading: float,
-    row: NDArray[np.int64],
+    plan: ReverberationPlan, rays: PropagationModel, ping_geometry: PingGeometry, path_settings: PathSettings,
+    heading: float, row: NDArray[np.int64],
     range_bin: NDArray[np.int64], distance: Floats,
 ) -> Floats:  # fmt: skip
     """Energy of some radials over the mean plane with the visibility at the borders of their strips [m^-2].
 
     Args:
         plan: The plan of the ping's radials.
-        scene: The scene.
+        rays: Propagation model of the scene.
         ping_geometry: The sonar at this ping.
         path_settings: Path settings.
         heading: Heading of the radials' frame [rad].
@@ -320,11 +326,11 @@ def _remaining_energy(
     points = np.empty((*shape, 3))
     points[..., 0] = ping_geometry.transmit_position[0] + distance * np.cos(bearing)[:, :, None]
     points[..., 1] = ping_geometry.transmit_position[1] + distance * np.sin(bearing)[:, :, None]
-    points[..., 2] = scene.seabed.depth
+    points[..., 2] = rays.scene.seabed.depth
     up = np.zeros((points.size // 3, 3))
     up[:, 2] = -1.0
     edges, rows = path_settings.edge_diffraction, points.reshape(-1, 3)
-    power = np.abs(shaded_legs(scene, ping_geometry, plan, edges, rows, up).visibility) ** 2
+    power = np.abs(shaded_legs(rays, ping_geometry, plan, edges, rows, up).visibility) ** 2
     power = power.reshape(-1, *shape)
     energy = plan.energy[row][:, range_bin]
     remaining = np.zeros(shape)

@@ -12,6 +12,7 @@ from insonify.engines.fast_reverberation._origin_kernel import (
     unlit_points,
     unoccluded_amplitudes,
 )
+from insonify.engines.fast_reverberation.level_legs import relative_pressure
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.fast_reverberation.shadow_radials import ShadedLegs
 from insonify.engines.radial_tables import PairSamples, RadialLegs, RadialSet
@@ -82,11 +83,14 @@ def sample_origins(
     occluded, lost, occluder = _occluded_points(legs, pairs, unlit, shaded, direct_pair, direct)
     unoccluded = np.zeros(0, np.complex64)
     if len(occluded):
-        unoccluded = np.empty(len(occluded), np.complex64)
+        unoccluded, points = np.empty(len(occluded), np.complex64), pairs.rows[direct_pair, occluded]
         unoccluded_amplitudes(
-            pairs.rows[direct_pair, occluded], legs.range_depth, plan.table.image_depths[direct], legs.arrival[direct],
+            points, legs.range_depth, plan.table.image_depths[direct], legs.arrival[direct],
             legs.normal, plan.table.absorption_octaves, plan.table.direction_factor, unoccluded,
         )  # fmt: skip
+        if plan.table.refraction.nodes.size:
+            distance, depth = legs.range_depth[:, points]
+            unoccluded *= relative_pressure(plan.table.refraction, direct, distance, depth)
         if not unoccluded.all():
             row = np.flatnonzero(unoccluded)
             occluded, unoccluded, lost, occluder = occluded[row], unoccluded[row], lost[row], occluder[row]

@@ -1,0 +1,183 @@
+"""Refracted legs to the samples of radials: straight ones with corrections from a table. Plain numbers and arrays only.
+
+The differences between a refracted ray and the straight one from its image source are small and smooth, so they are
+interpolated linearly between the nodes of a coarse grid.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.fast_reverberation import refraction_columns as column
+from insonify.engines.fast_reverberation._radial_legs_kernel import (
+    Facets,
+    FamilyImage,
+    FamilyLegs,
+    RadialBearings,
+    exp2_nonpositive,
+)
+from insonify.engines.radial_tables import RefractionTable
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+Singles = NDArray[np.float32]
+
+_FAST = {"contract", "reassoc", "nsz", "arcp"}
+EXISTING = np.float32(0.999)
+"""Interpolated `refraction_columns.EXISTS` from which all nodes about a point have a ray."""
+
+
+class BouncingRay(NamedTuple):
+    """Geometry of a ray with bounces, for its clearance of the seabed."""
+
+    distance: float
+    """Horizontal distance of its end [m]."""
+    first: float
+    """Horizontal distance of its first bounce [m]."""
+    period: float
+    """Horizontal distance between successive bounces [m]."""
+    launch_tangent: float
+    """Tangent of its launch angle [1]."""
+    grazing_tangent: float
+    """Tangent of its grazing angle at the mean seabed [1]."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def interpolate_refraction(distance: Floats, depth: Floats, f: int, table: RefractionTable, columns: Singles) -> None:
+    """Fill the columns of one family at some points.
+
+    Args:
+        distance: Horizontal distances of the points [m], (n,).
+        depth: Depths of the points [m], (n,).
+        f: Row of the family.
+        table: The refraction table.
+        columns: Result, `refraction_columns` of each point in turn, (at least 8 n,).
+    """
+    _, depths, ranges, _ = table.nodes.shape
+    nodes = table.nodes[f].reshape(depths * ranges * column.COUNT)
+    per_range, per_depth = 1 / table.range_spacing, 1 / table.depth_spacing
+    last_range, last_depth = np.uint64(ranges - 2), np.uint64(depths - 2)
+    right, below = np.uint64(column.COUNT), np.uint64(column.COUNT * ranges)
+    for i in range(np.uint64(distance.size)):
+        u, v = distance[i] * per_range, max((depth[i] - table.first_depth) * per_depth, 0.0)
+        j, k = min(np.uint64(u), last_range), min(np.uint64(v), last_depth)
+        a, b = np.float32(u - np.float64(j)), np.float32(v - np.float64(k))
+        node, out = k * below + j * right, np.uint64(8) * i
+        for c in range(np.uint64(8)):
+            upper, lower = nodes[node + c], nodes[node + below + c]
+            upper += a * (nodes[node + right + c] - upper)
+            lower += a * (nodes[node + below + right + c] - lower)
+            columns[out + c] = upper + b * (lower - upper)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
+def refracted_legs(
+    facets: Facets, depth: Floats, image: FamilyImage, bearings: RadialBearings, reached_families: Integers,
+    columns: Singles, legs: FamilyLegs, bounce_sine: Singles,
+) -> None:  # fmt: skip
+    """Fill refracted legs of one family to samples of radials, as `straight_legs` straight ones.
+
+    Args:
+        facets: Facets at the samples, (n,).
+        depth: Depths of the samples [m], (n,).
+        image: Image source of the family.
+        bearings: Bearings of the radials.
+        reached_families: Families that reach each sample, (n,); the family's bit is cleared where the facet faces away.
+        columns: Result of `interpolate_refraction`, (at least 8 n,).
+        legs: Result.
+        bounce_sine: Result, sine of the grazing angle at the mean seabed [1], (n,).
+    """
+    distance, _, _, normal_n, normal_e, normal_d, _ = facets
+    delay, arrival_n, arrival_e, arrival_d, departure_n, departure_e, departure_d, pressure, root_slant = legs
+    (cosines, sines, beam_n, beam_e), slowness, sign = bearings, image.slowness, np.float32(image.vertical_sign)
+    mask, absorption, one = np.int32(1 << image.family), np.float32(image.absorption_octaves), np.float32(1)
+    for i in range(np.uint64(distance.size)):
+        row = np.uint64(8) * i
+        dz = depth[i] - image.depth
+        length = math.sqrt(distance[i] * distance[i] + dz * dz)
+        inverse = one / np.float32(length)
+        delay[i] = length * slowness + columns[row + np.uint64(column.DELAY)]
+        vertical = np.float32(dz) * inverse
+        arrival_d[i] = min(max(vertical + columns[row + np.uint64(column.ARRIVAL)], -one), one)
+        departure_d[i] = sign * min(max(vertical + columns[row + np.uint64(column.DEPARTURE)], -one), one)
+        bounce_sine[i] = vertical + columns[row + np.uint64(column.GRAZING)]
+        pressure[i] = columns[row + np.uint64(column.PRESSURE)] if columns[
+            row + np.uint64(column.EXISTS)] > EXISTING else np.float32(0)  # fmt: skip
+        pressure[i] *= inverse * exp2_nonpositive(-absorption * np.float32(length))
+    for i in range(distance.size):
+        arrival, departure = (
+            math.sqrt(one - arrival_d[i] * arrival_d[i]),
+            math.sqrt(one - departure_d[i] * departure_d[i]),
+        )
+        arrival_n[i], arrival_e[i] = arrival * cosines[i], arrival * sines[i]
+        departure_n[i], departure_e[i] = departure * beam_n[i], departure * beam_e[i]
+    for i in range(distance.size):
+        facing = arrival_n[i] * normal_n[i] + arrival_e[i] * normal_e[i] + arrival_d[i] * normal_d[i]
+        exists = ((reached_families[i] & mask) != 0) & (facing < np.float32(0)) & (pressure[i] > np.float32(0))
+        root_slant[i] = math.sqrt(max(one + facing, np.float32(0)))
+        pressure[i] = pressure[i] if exists else np.float32(0)
+        reached_families[i] &= np.int32(-1) if exists else ~mask
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def refracted_launch_slopes(
+    terrain: Singles, row: int, deepest: float, step: float, start_steps: float, samples: tuple[int, int],
+    table: RefractionTable, launch_slope: Singles,
+) -> None:  # fmt: skip
+    """Fill launch slopes of the refracted rays to the terrain at each sample of a radial.
+
+    Args:
+        terrain: Depth of the seabed [m], (at least count,).
+        row: Row of the launch horizon.
+        deepest: Depth of the mean seabed if its last bounce is off it: its rays rise from there; else infinite [m].
+        step: Distance of samples [m].
+        start_steps: Distance of the first sample [steps].
+        samples: First sample of the radial that is needed, and count, the number after the last.
+        table: The refraction table.
+        launch_slope: Result, tangents [1], without a ray such that the seabed does not occlude, (at least count,).
+    """
+    climb, (begin, count) = table.horizon_climb[row], samples
+    depths, ranges = climb.shape
+    per_range, per_depth = step / table.range_spacing, 1 / table.depth_spacing
+    last_range, last_depth = np.uint64(ranges - 2), np.uint64(depths - 2)
+    none = np.float32(-np.inf if deepest < np.inf else np.inf)
+    for k in range(np.uint64(begin), np.uint64(count)):
+        steps = np.float64(k) + start_steps
+        u, v = steps * per_range, max((terrain[k] - table.first_depth) * per_depth, 0.0)
+        i, j = min(np.uint64(v), last_depth), min(np.uint64(u), last_range)
+        a, b = np.float32(u - np.float64(j)), np.float32(v - np.float64(i))
+        upper, lower = climb[i, j], climb[i + np.uint64(1), j]
+        upper += a * (climb[i, j + np.uint64(1)] - upper)
+        lower += a * (climb[i + np.uint64(1), j + np.uint64(1)] - lower)
+        slope = (upper + b * (lower - upper)) / np.float32(steps * step)
+        exists = slope == slope and terrain[k] <= deepest
+        launch_slope[k] = slope if exists else none
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def refracted_bounces(
+    family: int, distance: float, depth: float, image: float, table: RefractionTable, work: Floats, columns: Singles
+) -> BouncingRay:
+    """Bounces of the refracted ray of one family to a point.
+
+    Args:
+        family: Row of the family.
+        distance: Horizontal distance of the point [m].
+        depth: Its depth [m].
+        image: Depth of the family's image source [m].
+        table: The refraction table.
+        work: Working array, (2,).
+        columns: Working array, (8,).
+    """
+    work[0], work[1] = distance, depth
+    interpolate_refraction(work[:1], work[1:], family, table, columns)
+    vertical = (depth - image) / math.sqrt(distance * distance + (depth - image) ** 2)
+    grazing = min(max(vertical + columns[column.GRAZING], 1e-6), 1 - 1e-12)
+    launch = min(max(vertical + columns[column.DEPARTURE], -1 + 1e-12), 1 - 1e-12)
+    return BouncingRay(
+        distance, columns[column.BOUNCE] * distance, columns[column.PERIOD] * distance,
+        launch / math.sqrt(1 - launch * launch), grazing / math.sqrt(1 - grazing * grazing),
+    )  # fmt: skip

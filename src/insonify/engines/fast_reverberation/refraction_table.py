@@ -1,0 +1,219 @@
+"""Refraction tables: differences between refracted rays and straight ones, for the fast reverberation in layered water.
+
+A family qualifies where at most one of its rays reaches any point of the seabed, without caustics, and, if it bounces,
+without turning points. Other water is left to the eigenray engine.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.fast_reverberation import refraction_columns as column
+from insonify.engines.fast_reverberation._line_of_sight_kernel import OCCLUDING_MARGIN
+from insonify.engines.fast_reverberation._refraction_kernel import EXISTING, interpolate_refraction
+from insonify.engines.radial_tables import RefractionTable
+from insonify.engines.terrain_occlusion import fresnel_half_length, launch_slope
+from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.refracted_rays import RefractedRays
+
+Floats = NDArray[np.float64]
+
+RANGE_SPACING = 0.25
+"""Spacing of the distances of a table [m]."""
+DEPTH_SPACINGS, FEW_DEPTHS = (0.25, 0.5), 16
+"""Least and greatest spacing of its depths [m], and their number from which the spacing grows."""
+REFINEMENTS = 1, 2, 4
+"""Divisors of the spacing of the depths that are tried in turn."""
+LEAST_DISTANCE = 1e-3
+"""Distance of the rays of the first column [m]: a vertical ray has no launch slope."""
+PROBES = 256
+"""Points at which a table is compared with its rays."""
+MAX_PHASE_ERROR, MAX_PRESSURE_ERROR, MAX_SINE_ERROR = 0.1, 5e-3, 3e-3
+"""Largest errors of phases [rad], pressures (relative) [1] and sines [1] at these points."""
+MAX_LAUNCH_STEP = 0.01
+"""Largest difference of the sine of the launch angle, re that of straight rays, between neighbouring nodes [1]."""
+
+
+class RaysFromDepth(NamedTuple):
+    """Rays from one depth of the sonar in layered water, for a table."""
+
+    rays: RefractedRays
+    """Propagation model."""
+    source_depth: float
+    """Depth of the sonar [m]."""
+    sound_speed: float
+    """Sound speed of the straight rays that the table compares with [m/s]."""
+    absorption_octaves: float
+    """Absorption [octaves of pressure/m]."""
+
+
+def refraction_table(
+    end: RaysFromDepth, families: tuple[str, ...], horizon_names: tuple[str, ...], wavelength: float, farthest: float
+) -> RefractionTable | None:
+    """Refraction table of one depth of the sonar; None where a family does not qualify.
+
+    Args:
+        end: The rays.
+        families: Families that reach the seabed.
+        horizon_names: Families of the launch horizons.
+        wavelength: Acoustic wavelength [m].
+        farthest: Largest horizontal distance [m].
+    """
+    top, bottom = end.rays.tables.terrain_depths
+    ranges: Floats = RANGE_SPACING * np.arange(int(np.ceil(farthest / RANGE_SPACING)) + 2, dtype=float)
+    if ranges[-2] > end.rays.domain.max_range + 2 * RANGE_SPACING:
+        return None
+    spacing = float(np.clip((bottom - top) / FEW_DEPTHS, *DEPTH_SPACINGS))
+    for refinement in REFINEMENTS if bottom > top else REFINEMENTS[:1]:
+        count = int(np.ceil(refinement * (bottom - top) / spacing)) + 1
+        table = _table_on_grid(
+            end, families, horizon_names, wavelength, np.linspace(top, bottom, max(count, 2)), ranges
+        )
+        if table is None:
+            return None
+        if _agrees(end, families, table, (top, bottom), farthest, MAX_PHASE_ERROR * wavelength / (2 * np.pi)):
+            return table
+    return None
+
+
+def _table_on_grid(
+    end: RaysFromDepth, families: tuple[str, ...], horizon_names: tuple[str, ...], wavelength: float,
+    depths: NDArray[Any], ranges: Floats,
+) -> RefractionTable | None:  # fmt: skip
+    """Refraction table with nodes at some depths and distances [m]; None where a family does not qualify."""
+    nodes = np.empty((len(families), len(depths), len(ranges), column.COUNT), np.float32)
+    clear = np.ones(len(families), bool)
+    grid = np.repeat(depths, len(ranges)), np.tile(np.maximum(ranges, LEAST_DISTANCE), len(depths))
+    plane, is_level = end.rays.layers.bottom_reflection_depth, depths[-1] == depths[0]
+    rise = float(max(plane - depths[0], depths[-1] - plane))
+    for f, family in enumerate(families):
+        found = _family_columns(end, family, *grid)
+        if found is None:
+            return None
+        nodes[f] = found.columns.reshape(nodes.shape[1:])
+        clear[f] = is_level or _bounces_are_clear(family, found, grid[1], wavelength, rise)
+    if not _is_one_sheet(nodes):
+        return None
+    spacing = 1.0 if is_level else float(depths[1] - depths[0])  # one depth twice: any spacing
+    return RefractionTable(
+        float(depths[-1]) - spacing * (len(depths) - 1), spacing, RANGE_SPACING, nodes,
+        _horizon_climbs(end, horizon_names, depths, ranges), clear, _speed_at(end, plane),
+    )  # fmt: skip
+
+
+def _speed_at(end: RaysFromDepth, depth: float) -> float:
+    """Sound speed at a depth [m/s]."""
+    return float(np.interp(depth, end.rays.layers.depth, end.rays.layers.speed))
+
+
+def _is_one_sheet(nodes: NDArray[np.float32]) -> bool:
+    """Return True if launch angles change little from each node to the next: rays of one sheet are interpolated."""
+    launch, exists = nodes[..., column.DEPARTURE], nodes[..., column.EXISTS] > 0
+    for axis in (1, 2):
+        first, second = np.arange(nodes.shape[axis] - 1), np.arange(1, nodes.shape[axis])
+        both = exists.take(first, axis) & exists.take(second, axis)
+        if (np.abs(np.diff(launch, axis=axis))[both] > MAX_LAUNCH_STEP).any():
+            return False
+    return True
+
+
+class FamilyColumns(NamedTuple):
+    """Rays of one family to n points."""
+
+    columns: Floats
+    """See `refraction_columns`, (n, 8)."""
+    grazing_sine: Floats
+    """Sine of the grazing angle at the mean seabed [1], (n,)."""
+
+
+def _family_columns(end: RaysFromDepth, family: str, depth: Floats, distance: Floats) -> FamilyColumns | None:
+    """Rays of one family to points at some depths and distances [m], (n,); None where the family does not qualify."""
+    ray = end.rays.tables.rays(family, "seabed", end.source_depth, depth, distance).single_rays()
+    if ray is None or (bounce_sequence(family) and ray.turns.any()):
+        return None
+    bed_depth = end.rays.layers.bottom_reflection_depth
+    vertical = depth - image_depth(family, end.source_depth, bed_depth)
+    length = np.hypot(distance, vertical)
+    sine = vertical / length
+    bed_cosine = ray.slowness * _speed_at(end, bed_depth)
+    grazing = np.sqrt(np.clip((1 - bed_cosine) * (1 + bed_cosine), 0.0, 1.0))
+    columns = np.zeros((len(depth), column.COUNT))
+    columns[:, column.DELAY] = ray.delay - length / end.sound_speed
+    columns[:, column.ARRIVAL] = ray.arrival_sine - sine
+    columns[:, column.DEPARTURE] = ray.launch_sine * (-1 if family.startswith("S") else 1) - sine
+    columns[:, column.PRESSURE] = ray.amplitude * length * 2.0 ** (-end.absorption_octaves * (ray.length - length))
+    columns[:, column.GRAZING] = grazing - sine
+    columns[:, column.EXISTS] = 1.0
+    launches = end.rays.launch_angles(end.source_depth)
+    bounces = launches.bounce_ranges(family, launch_slope(family, ray.launch_sine))
+    if bounces:
+        columns[:, column.BOUNCE] = bounces[0] / distance
+        columns[:, column.PERIOD] = (bounces[1] - bounces[0]) / distance if len(bounces) > 1 else 0.0
+    columns[~ray.exists] = 0.0
+    return FamilyColumns(columns, grazing)
+
+
+def _bounces_are_clear(family: str, found: FamilyColumns, distance: Floats, wavelength: float, rise: float) -> bool:
+    """Return True if relief of some height [m] occludes no ray of a family before its last bounce.
+
+    As for `mark_clear_bounces`, seabed that rises by r occludes a ray near a bottom bounce only within r / tan(grazing)
+    of it, and reflects within half the length of the Fresnel zone.
+    """
+    exists = found.columns[:, column.EXISTS] > 0
+    row, distance, sine = found.columns[exists], distance[exists], found.grazing_sine[exists]
+    tangent = sine / np.sqrt(np.maximum(1 - sine**2, 1e-12))
+    for k, letter in enumerate(bounce_sequence(family)):
+        if letter == "B":
+            bounce = (row[:, column.BOUNCE] + k * row[:, column.PERIOD]) * distance
+            half = fresnel_half_length(bounce, distance, tangent, wavelength)
+            if not (OCCLUDING_MARGIN * half * tangent > rise).all():
+                return False
+    return True
+
+
+def _horizon_climbs(
+    end: RaysFromDepth, horizon_names: tuple[str, ...], depths: NDArray[Any], ranges: Floats
+) -> NDArray[np.float32]:
+    """Distance times launch slope of the rays of each launch horizon [m], see `RefractionTable`."""
+    launches, plane = end.rays.launch_angles(end.source_depth), end.rays.layers.bottom_reflection_depth
+    distance = np.maximum(ranges, LEAST_DISTANCE)
+    climbs = np.empty((len(horizon_names), len(depths), len(ranges)), np.float32)
+    for row, name in enumerate(horizon_names):
+        within = np.minimum(depths, plane) if name.endswith("B") else depths
+        climbs[row] = launches.launch_slope(name, distance, np.repeat(within[:, None], len(ranges), 1)) * distance
+        below = within < depths  # no ray that rises from the plane, but neighbours above it are interpolated
+        if below.any():
+            height = min(DEPTH_SPACINGS[0], plane - float(depths[0]))
+            near, at = (
+                launches.launch_slope(name, distance, np.full((1, len(ranges)), depth)) * distance
+                for depth in (plane - height, plane)
+            )
+            climbs[row, below] = at + (depths[below, None] - plane) / max(height, 1e-9) * (at - near)
+    return climbs
+
+
+def _agrees(
+    end: RaysFromDepth, families: tuple[str, ...], table: RefractionTable, span: tuple[float, float], farthest: float,
+    max_path_error: float,
+) -> bool:  # fmt: skip
+    """Return True if a table agrees with the rays to random points, their delays to some error of the path [m]."""
+    draw = np.random.default_rng(0)
+    depth, distance = draw.uniform(*span, PROBES), draw.uniform(LEAST_DISTANCE, farthest, PROBES)
+    columns = np.empty(PROBES * column.COUNT, np.float32)
+    for f, family in enumerate(families):
+        found = _family_columns(end, family, depth, distance)
+        if found is None:
+            return False
+        interpolate_refraction(distance, depth, f, table, columns)
+        row = columns.reshape(PROBES, column.COUNT)
+        exists = row[:, column.EXISTS] > EXISTING
+        error = np.abs(row - found.columns)[exists]
+        sines = [column.ARRIVAL, column.DEPARTURE] + [column.GRAZING] * len(bounce_sequence(family))
+        if (
+            (error[:, column.DELAY] * end.sound_speed > max_path_error).any()
+            or (error[:, column.PRESSURE] > MAX_PRESSURE_ERROR * found.columns[exists, column.PRESSURE]).any()
+            or (error[:, sines] > MAX_SINE_ERROR).any()
+        ):
+            return False
+    return True
