@@ -72,6 +72,13 @@ class PathEnds(NamedTuple):
     """The water; without knots, of one sound speed."""
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def same_position(ends: PathEnds) -> bool:
+    """Return True if both ends have one position: the two parts of a path are equal then."""
+    begin, stop = ends.begin, ends.stop
+    return begin[0] == stop[0] and begin[1] == stop[1] and begin[2] == stop[2]
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def _b_spline_weights(t: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
     """Cubic B-spline weights of four nodes, t from the second to the third; their first and second derivatives by t."""
@@ -168,9 +175,12 @@ def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds) -> 
     """Path between both ends by the point of the terrain at a position [m]: columns from `LENGTH` to `SECANT`."""
     depth, north1, east1, north2, both, east2 = depth_derivatives(north, east, terrain)
     length = total_north = total_east = down = plane_nn = plane_ne = plane_ee = 0.0
-    for end in (ends.begin, ends.stop):
-        gradient = _path_gradient(north, east, depth, end, ends.water)
-        nn, ne, ee, nd, ed, dd = _second_derivatives(gradient, depth, ends.water)
+    gradient = _path_gradient(north, east, depth, ends.begin, ends.water)
+    nn, ne, ee, nd, ed, dd = _second_derivatives(gradient, depth, ends.water)
+    for number in range(2):
+        if number == 1 and not same_position(ends):
+            gradient = _path_gradient(north, east, depth, ends.stop, ends.water)
+            nn, ne, ee, nd, ed, dd = _second_derivatives(gradient, depth, ends.water)
         length += gradient[5]
         total_north += gradient[0]
         total_east += gradient[1]
@@ -301,7 +311,7 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
         gradient: Result: derivatives along the terrain by north and by east [1], (2, rows, columns); its shape sets
             the number of nodes.
     """
-    is_homogeneous, shape = ends.water.depth.size == 0, gradient.shape[1:]
+    is_homogeneous, shape, once = ends.water.depth.size == 0, gradient.shape[1:], same_position(ends)
     path_gradient, tables = np.zeros((3, shape[1])), (_no_table(), _no_table())
     first, first_east = terrain.column + margin, terrain.east + margin * terrain.step
     if not is_homogeneous:
@@ -309,15 +319,16 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
         square = north, north + (shape[0] - 1) * terrain.step, first_east, last_east
         part = depth[terrain.row + margin : terrain.row + margin + shape[0], first : first + shape[1]]
         span = part.min(), part.max()
-        tables = (
-            _slowness_table(ends.begin, square, span, part.size, ends.water),
-            _slowness_table(ends.stop, square, span, part.size, ends.water),
-        )
+        table = _slowness_table(ends.begin, square, span, part.size, ends.water)
+        tables = (table, table if once else _slowness_table(ends.stop, square, span, part.size, ends.water))
     for i in range(shape[0]):
         a, path_gradient[:] = i + margin, 0
         row, north = depth[terrain.row + a, first : first + shape[1]], terrain.north + a * terrain.step
-        for end, table in ((ends.begin, tables[0]), (ends.stop, tables[1])):
-            if is_homogeneous:
+        for number in range(2):
+            end, table = (ends.begin, tables[0]) if number == 0 else (ends.stop, tables[1])
+            if once and number == 1:
+                path_gradient *= 2
+            elif is_homogeneous:
                 _add_straight_gradients(row, north, first_east, terrain.step, end, path_gradient)
             else:
                 _add_refracted_gradients(row, north, first_east, terrain.step, end, ends.water, table, path_gradient)

@@ -4,6 +4,7 @@ Over relief there are two depths: that of the flat plane that reflects sound, an
 """
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -68,8 +69,9 @@ def sound_speed_layers(profile: SoundSpeedProfile, water_depth: float, *, plane:
     return SoundSpeedLayers(depth, speed, float(plane) if plane < water_depth else math.inf)
 
 
+@lru_cache(maxsize=16)
 def scene_layers(scene: Scene) -> SoundSpeedLayers:
-    """Layers of a scene with a profile, down to its deepest terrain.
+    """Layers of a scene with a profile, down to its deepest terrain, cached.
 
     Args:
         scene: Layered water over a seabed, whose mean plane reflects.

@@ -18,6 +18,7 @@ from insonify.engines.fast_reverberation._radial_legs_kernel import (
     RadialBearings,
     exp2_nonpositive,
 )
+from insonify.engines.fast_reverberation._simd_bilinear import bilinear_columns
 from insonify.engines.radial_tables import RefractionTable
 from insonify.jit import njit
 
@@ -65,12 +66,7 @@ def interpolate_refraction(distance: Floats, depth: Floats, f: int, table: Refra
         u, v = distance[i] * per_range, max((depth[i] - table.first_depth) * per_depth, 0.0)
         j, k = min(np.uint64(u), last_range), min(np.uint64(v), last_depth)
         a, b = np.float32(u - np.float64(j)), np.float32(v - np.float64(k))
-        node, out = k * below + j * right, np.uint64(8) * i
-        for c in range(np.uint64(8)):
-            upper, lower = nodes[node + c], nodes[node + below + c]
-            upper += a * (nodes[node + right + c] - upper)
-            lower += a * (nodes[node + below + right + c] - lower)
-            columns[out + c] = upper + b * (lower - upper)
+        bilinear_columns(nodes, k * below + j * right, below, (a, b), columns, right * i)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)

@@ -16,12 +16,12 @@ from insonify.engines.fast_reverberation._fast_relief_reflections_kernel import 
     reached_samples,
     write_image_paths,
 )
+from insonify.engines.fast_reverberation.level_legs import bounce_ranges
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.radial_tables import RadialLegs, RadialSet
 from insonify.engines.relief_reflections import reflection_product
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.image_path_kernel import ImagePaths
-from insonify.propagation.launch_angles import LaunchAngles
 from insonify.propagation.local_planes import flat_image_paths, local_plane_paths
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.scene.seabed_terrain import SeabedTerrain
@@ -64,8 +64,7 @@ def bounce_off_relief(
             row, segment, fraction, listed = (column[:count] for column in columns[:4])
             samples = SamplesOnSegments(row, segment, fraction, listed, point)
             if plan.table.refraction.nodes.size:
-                paths = _displaced_paths(family, rays.launch_angles(float(position[2])), position, point, terrain,
-                                         wavelength)  # fmt: skip
+                paths = _displaced_paths(plan, f, position, point, terrain, wavelength)
                 displace_refracted_legs(position, samples, beam_bearing, paths, f, plan.table, legs)
                 continue
             paths = local_plane_paths(family, position, point, terrain, wavelength)
@@ -76,31 +75,29 @@ def bounce_off_relief(
 
 
 def _displaced_paths(
-    family: str, launches: LaunchAngles, position: Floats, point: Floats, terrain: SeabedTerrain, wavelength: float
+    plan: ReverberationPlan, f: int, position: Floats, point: Floats, terrain: SeabedTerrain, wavelength: float
 ) -> ImagePaths:
     """Straight paths of one family to points, off planes fitted where refracted rays bounce.
 
     Where there is no such path, that off the mean seabed.
 
     Args:
-        family: Name of the family.
-        launches: Launch angles of the refracted rays.
+        plan: The reverberation plan.
+        f: Row of the family.
         position: North, east, depth of the sonar [m], (3,).
         point: The same of the points [m], (n, 3).
         terrain: Terrain of the seabed.
         wavelength: Wavelength of the sound [m].
     """
-    distance = np.hypot(*(point[:, :2] - position[:2]).T)
-    slope = launches.launch_slope(family, distance, point[:, 2])
-    ranges = [np.clip(np.nan_to_num(at), 0.0, distance) for at in launches.bounce_ranges(family, slope)]
-    local = local_plane_paths(family, position, point, terrain, wavelength, terrain_bounce_ranges=np.array(ranges))
-    flat = flat_image_paths(family, position, point, terrain.depth)
-    exists = local.is_valid
-    return local._replace(
-        length=np.where(exists, local.length, flat.length),
-        departure=np.where(exists[:, None], local.departure, flat.departure),
-        arrival=np.where(exists[:, None], local.arrival, flat.arrival), is_valid=np.ones_like(exists),
-    )  # fmt: skip
+    family, distance = plan.families[f], np.hypot(*(point[:, :2] - position[:2]).T)
+    ranges = bounce_ranges(plan.table.refraction, f, len(bounce_sequence(family)), distance, point[:, 2])
+    paths = local_plane_paths(family, position, point, terrain, wavelength, terrain_bounce_ranges=ranges)
+    missing = np.flatnonzero(~paths.is_valid)
+    if len(missing):
+        flat = flat_image_paths(family, position, point[missing], terrain.depth)
+        for name in ("length", "departure", "arrival", "is_valid"):
+            getattr(paths, name)[missing] = getattr(flat, name)
+    return paths
 
 
 def _node_spacing(family: str, source: float, height: float, depth: float, wavelength: float) -> float:

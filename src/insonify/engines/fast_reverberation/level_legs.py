@@ -68,6 +68,16 @@ def relative_pressure(refraction: RefractionTable, f: int, distance: Floats, dep
     return np.asarray(_columns(refraction, f, distance, depth)[:, column.PRESSURE])
 
 
+def bounce_ranges(refraction: RefractionTable, f: int, bounces: int, distance: Floats, depth: Floats) -> Floats:
+    """Horizontal distances of the bounces of refracted rays of one family [m], none beyond the point, (bounces, n).
+
+    Arguments see `relative_pressure`, and the number of bounces.
+    """
+    columns = _columns(refraction, f, distance, depth)
+    first, period = columns[:, column.BOUNCE], columns[:, column.PERIOD]
+    return np.asarray(np.clip(first + np.arange(bounces)[:, None] * period, 0.0, 1.0) * distance)
+
+
 def _columns(refraction: RefractionTable, f: int, distance: Floats, depth: Floats) -> Floats:
     """Columns of `refraction_columns` at some points, (n, 8)."""
     columns = np.empty(len(distance) * column.COUNT, np.float32)
