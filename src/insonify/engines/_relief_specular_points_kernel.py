@@ -75,8 +75,7 @@ class PathEnds(NamedTuple):
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def same_position(ends: PathEnds) -> bool:
     """Return True if both ends have one position: the two parts of a path are equal then."""
-    begin, stop = ends.begin, ends.stop
-    return begin[0] == stop[0] and begin[1] == stop[1] and begin[2] == stop[2]
+    return ends.begin[0] == ends.stop[0] and ends.begin[1] == ends.stop[1] and ends.begin[2] == ends.stop[2]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -175,11 +174,9 @@ def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds) -> 
     """Path between both ends by the point of the terrain at a position [m]: columns from `LENGTH` to `SECANT`."""
     depth, north1, east1, north2, both, east2 = depth_derivatives(north, east, terrain)
     length = total_north = total_east = down = plane_nn = plane_ne = plane_ee = 0.0
-    gradient = _path_gradient(north, east, depth, ends.begin, ends.water)
-    nn, ne, ee, nd, ed, dd = _second_derivatives(gradient, depth, ends.water)
     for number in range(2):
-        if number == 1 and not same_position(ends):
-            gradient = _path_gradient(north, east, depth, ends.stop, ends.water)
+        if number == 0 or not same_position(ends):
+            gradient = _path_gradient(north, east, depth, ends.begin if number == 0 else ends.stop, ends.water)
             nn, ne, ee, nd, ed, dd = _second_derivatives(gradient, depth, ends.water)
         length += gradient[5]
         total_north += gradient[0]
