@@ -14,7 +14,7 @@ from insonify.engines.fast_reverberation._line_of_sight_kernel import OCCLUDING_
 from insonify.engines.fast_reverberation._refraction_kernel import EXISTING, interpolate_refraction
 from insonify.engines.radial_tables import RefractionTable
 from insonify.engines.terrain_occlusion import fresnel_half_length, launch_slope
-from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.families import DIRECT, bounce_sequence, image_depth
 from insonify.propagation.refracted_rays import RefractedRays
 
 Floats = NDArray[np.float64]
@@ -83,6 +83,7 @@ def _table_on_grid(
 ) -> RefractionTable | None:  # fmt: skip
     """Refraction table with nodes at some depths and distances [m]; None where a family does not qualify."""
     nodes = np.empty((len(families), len(depths), len(ranges), column.COUNT), np.float32)
+    climbs = np.full((len(horizon_names), len(depths), len(ranges)), np.nan, np.float32)
     clear = np.ones(len(families), bool)
     grid = np.repeat(depths, len(ranges)), np.tile(np.maximum(ranges, LEAST_DISTANCE), len(depths))
     plane, is_level = end.rays.layers.bottom_reflection_depth, depths[-1] == depths[0]
@@ -93,12 +94,20 @@ def _table_on_grid(
             return None
         nodes[f] = found.columns.reshape(nodes.shape[1:])
         clear[f] = is_level or _bounces_are_clear(family, found, grid[1], wavelength, rise)
+        climb = _climbs_of(found, *grid, image_depth(family, end.source_depth, plane))
+        climbs[horizon_names.index(family)] = climb.reshape(climbs.shape[1:])
+    begun = {  # segments of rays that relief may occlude before their last bounce
+        bounce_sequence(family)[:k] or DIRECT
+        for f, family in enumerate(families) if not clear[f] for k in range(len(bounce_sequence(family)))
+    }  # fmt: skip
+    for name in begun.difference(families).intersection(horizon_names):
+        climbs[horizon_names.index(name)] = _climbs_to_relief(end, name, depths, ranges)
     if not _is_one_sheet(nodes):
         return None
     spacing = 1.0 if is_level else float(depths[1] - depths[0])  # one depth twice: any spacing
     return RefractionTable(
         float(depths[-1]) - spacing * (len(depths) - 1), spacing, RANGE_SPACING, nodes,
-        _horizon_climbs(end, horizon_names, depths, ranges), clear, _speed_at(end, plane),
+        climbs, clear, _speed_at(end, plane),
     )  # fmt: skip
 
 
@@ -172,24 +181,28 @@ def _bounces_are_clear(family: str, found: FamilyColumns, distance: Floats, wave
     return True
 
 
-def _horizon_climbs(
-    end: RaysFromDepth, horizon_names: tuple[str, ...], depths: NDArray[Any], ranges: Floats
-) -> NDArray[np.float32]:
-    """Distance times launch slope of the rays of each launch horizon [m], see `RefractionTable`."""
+def _climbs_of(found: FamilyColumns, depth: Floats, distance: Floats, image: float) -> Floats:
+    """Distance times launch slope of rays to points [m], NaN for none, (n,)."""
+    sine = (depth - image) / np.hypot(distance, depth - image) + found.columns[:, column.DEPARTURE]
+    climb = distance * sine / np.sqrt(np.maximum(1 - sine**2, 1e-12))
+    return np.where(found.columns[:, column.EXISTS] > 0, climb, np.nan)
+
+
+def _climbs_to_relief(end: RaysFromDepth, name: str, depths: NDArray[Any], ranges: Floats) -> Floats:
+    """Distance times launch slope of rays of a family that is not followed to the seabed [m], (depths, distances)."""
     launches, plane = end.rays.launch_angles(end.source_depth), end.rays.layers.bottom_reflection_depth
-    distance = np.maximum(ranges, LEAST_DISTANCE)
-    climbs = np.empty((len(horizon_names), len(depths), len(ranges)), np.float32)
-    for row, name in enumerate(horizon_names):
-        within = np.minimum(depths, plane) if name.endswith("B") else depths
-        climbs[row] = launches.launch_slope(name, distance, np.repeat(within[:, None], len(ranges), 1)) * distance
-        below = within < depths  # no ray that rises from the plane, but neighbours above it are interpolated
-        if below.any():
-            height = min(DEPTH_SPACINGS[0], plane - float(depths[0]))
-            near, at = (
-                launches.launch_slope(name, distance, np.full((1, len(ranges)), depth)) * distance
-                for depth in (plane - height, plane)
-            )
-            climbs[row, below] = at + (depths[below, None] - plane) / max(height, 1e-9) * (at - near)
+    distance, above = np.maximum(ranges, LEAST_DISTANCE), np.minimum(depths, plane) if name.endswith("B") else depths
+    climbs = np.asarray(
+        launches.launch_slope(name, distance, np.repeat(above[:, None], len(ranges), 1)) * distance, float
+    )
+    below = above < depths  # no ray that rises from the plane, but neighbours above it are interpolated
+    if below.any():
+        height = min(DEPTH_SPACINGS[0], plane - float(depths[0]))
+        near, at = (
+            launches.launch_slope(name, distance, np.full((1, len(ranges)), depth)) * distance
+            for depth in (plane - height, plane)
+        )
+        climbs[below] = at + (depths[below, None] - plane) / max(height, 1e-9) * (at - near)
     return climbs
 
 
