@@ -6,8 +6,16 @@ import numpy as np
 import pytest
 
 from insonify.engines.polar_grid import MAX_CELL_WIDTH
-from insonify.engines.radials import LOW_GAIN, ViewedBoundary, radials_in_view, straight_gain_bound
+from insonify.engines.radials import (
+    LOW_GAIN,
+    SIDE_LOBE,
+    ViewedBoundary,
+    radial_gain_bound,
+    radials_in_view,
+    straight_gain_bound,
+)
 from insonify.engines.resolution import Resolution, two_way_gain_bound
+from insonify.propagation.families import image_depth
 from insonify.propagation.propagation_model import ReachableRange
 from insonify.simulator import build_simulator
 from oracles.scenes import nominal
@@ -132,6 +140,51 @@ def test_no_line_leaves_out_relief_that_beams_reach(farthest, rise=3.0, floor=3e
     within = (np.abs(off) <= found[:, 2] / 2 + 1e-9) & (distance[:, None] >= found[:, 4])
     covered = (within & (distance[:, None] <= found[:, 5])).any(axis=1)
     assert np.all(covered[gain >= floor]) and not covered.all()
+
+
+@pytest.mark.parametrize(("families", "floor", "height"), [(("D",), 1e-3, 0.3), (("D", "S", "BS"), 1e-4, 0.05)])
+def test_every_radial_is_as_wide_as_the_bound_of_the_gain_in_its_patch_allows(families, floor, height):
+    """Patch by patch: divided where the bound is not low, kept where it reaches the floor, merged where seabed is near.
+
+    Transmitter and receiver differ, so that both bounds count.
+    """
+    ends = [{"kind": "planar", "width": width, "height": height} for width in (0.3, 0.2)]
+    sonar = {"transmit": ends[0], "receive": ends[1]}
+    here = build_simulator(nominal(paths={"max_reflections": 0}, sonar=sonar)).ping_geometry(0)
+    verticals = np.array([DEPTH - image_depth(name, 11.0, DEPTH) for name in families])
+    odd = np.array([name == "S" for name in families])
+    cells = 128 * int(np.ceil(2 * np.pi / (RESOLUTION.beam_width / 2) / 128))
+    angle, axis = 2 * np.pi / cells, np.arctan2(here.boresight[1], here.boresight[0])
+
+    def bound(first, count, zone):
+        bearing = axis + (first + count / 2) * angle
+        return radial_gain_bound(here, np.array([bearing]), count * angle, zone, verticals, odd)[0]
+
+    def patches(first, count, zone, merged, low):
+        if count > merged and bound(first, count, zone) >= low:
+            finer = max(4, merged) if count > max(4, merged) else merged
+            return [x for part in range(first, first + count, finer) for x in patches(part, finer, zone, merged, low)]
+        return [(first, count, *zone)] if count < 4 or bound(first, count, zone) >= floor else []
+
+    sectors, expected, outer = range(-cells // 2, cells // 2, 128), [], 150.0
+    for merged in (1, 1, 1, 1, 1, 2, 2, 4, 8, 16):  # at 150 m, half of it, and so on, up to 0.3 m, 9 m above
+        zone = (outer / 2 if merged < 16 else 0.0), outer
+        low = LOW_GAIN * min(max(bound(sector, 128, zone) for sector in sectors) / SIDE_LOBE, 1.0)
+        widest = max(16, merged)
+        kept = [part for k in sectors if bound(k, 128, zone) >= floor for part in range(k, k + 128, widest)]
+        expected += [patch for k in kept for patch in patches(k, widest, zone, merged, low)]
+        outer /= 2
+    received = ReachableRange(HEIGHT, 0.0, 150.0)
+    found = radials_in_view(here, ViewedBoundary(DEPTH, families), received, RESOLUTION, floor, 0.0)
+    area = sum(count * angle / 2 * (far**2 - near**2) for _, count, near, far in expected)
+    assert np.sum(found[:, 2] / 2 * (found[:, 5] ** 2 - found[:, 4] ** 2)) == pytest.approx(area, rel=1e-9)
+    count = np.rint(found[:, 2] / angle).astype(int)
+    turn = np.arctan2(found[:, 1], found[:, 0]) - axis
+    first = np.rint(np.angle(np.exp(1j * turn)) / angle - count / 2).astype(int)
+    radials = set(zip(first.tolist(), count.tolist(), found[:, 4].tolist(), found[:, 5].tolist(), strict=True))
+    assert len(radials) == len(found) > 30
+    for first, count, near, far in expected:  # a radial may go on through several zones
+        assert any(r[:2] == (first, count) and r[2] <= near and r[3] >= far for r in radials)
 
 
 def test_no_high_gain_line_is_wider_than_a_cell(simulator):

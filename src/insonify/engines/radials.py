@@ -8,6 +8,7 @@ spaced points.
 Low gains need few points: there radials are wider, and their samples farther apart.
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import radial_columns as column
-from insonify.engines._radial_gain_kernel import patch_gain_bounds
+from insonify.engines._radial_gain_kernel import EndBeams, RadialCells, RadialZones, lay_radials, patch_gain_bounds
 from insonify.engines.polar_grid import GOLDEN, MAX_CELL_WIDTH
 from insonify.engines.resolution import Resolution
 from insonify.engines.terrain_profiles import GainBound
@@ -95,86 +96,52 @@ def _radials(
     cell = min(resolution.beam_width, MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
     cell_count = int(np.ceil(2 * np.pi / cell / CELLS_PER_SECTOR)) * CELLS_PER_SECTOR
     source, height = float(ping_geometry.transmit_position[2]), window_range.vertical_distance
-    image_verticals = _image_verticals(boundary.families, source, boundary.depth)
-    is_odd = image_verticals[1]
     boresight = float(np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]))
-    first_and_count: list[tuple[int, int]] = []
-    zones: list[list[float]] = []
-    last_zone: dict[tuple[int, int], list[float]] = {}
-    outer = window_range.farthest
-    while outer > window_range.nearest and outer > 0:
-        merged = 1 << int(np.clip(np.log2(np.hypot(outer, height) / outer), 0, 4))
-        inner = outer / 2 if merged < 16 else 0.0
-        zone = inner, outer
-        if boundary.climbs is not None:
-            towards_zone = boundary.climbs(zone)
-            image_verticals = towards_zone.ravel(), np.repeat(is_odd, towards_zone.shape[1])
-        zone_over_relief = _zone_over_relief(zone, image_verticals[0], boundary.rise)
-        for first, count in _cells(
-            ping_geometry, boresight, cell_count, merged, zone, zone_over_relief, image_verticals, floor
-        ):
-            zone_distances = last_zone.get((first, count))
-            if zone_distances is None or zone_distances[0] != outer:  # after a zone of finer radials a new one begins
-                zone_distances = last_zone[first, count] = [inner, outer]
-                first_and_count.append((first, count))
-                zones.append(zone_distances)
-            zone_distances[0] = inner
-        outer = inner
-    number = np.arange(len(first_and_count))
-    radials = np.empty((len(first_and_count), 9))
-    if not first_and_count:
-        return radials
-    first, count = np.array(first_and_count).T
-    width = count * (2 * np.pi / cell_count)
-    bearing = boresight + (first + count / 2) * (2 * np.pi / cell_count) - heading
+    zones = _zones(window_range, height, _image_verticals(boundary.families, source, boundary.depth), boundary)
+    most = int((cell_count // zones.merged).sum())
+    middle, radials = np.empty(most), np.empty((most, 9))
+    n = lay_radials(
+        zones,
+        RadialCells(
+            boresight, cell_count, CELLS_PER_SECTOR, *CELLS_PER_LOW_GAIN_RADIAL, LOW_GAIN_STRIDE, float(floor),
+            LOW_GAIN, SIDE_LOBE,
+        ),
+        EndBeams(
+            ping_geometry.transmit_beams.kernel_majorants, ping_geometry.bounding_receive_beams.kernel_majorants,
+            bool(ping_geometry.same_beams),
+        ),
+        middle, radials,
+    )  # fmt: skip
+    bearing, number, radials = middle[:n] - heading, np.arange(n), radials[:n].copy()
     radials[:, column.COSINE], radials[:, column.SINE] = np.cos(bearing), np.sin(bearing)
-    radials[:, column.CELL_WIDTH] = width
-    is_merged = count >= CELLS_PER_LOW_GAIN_RADIAL[-1]
-    radials[:, column.BEAM_SPREAD] = np.where(is_merged, width, 0.0)
-    radials[:, [column.START, column.STOP]] = np.array(zones)
-    radials[:, column.START] = np.maximum(radials[:, column.START], window_range.nearest)
+    np.maximum(radials[:, column.START], window_range.nearest, out=radials[:, column.START])
     radials[:, column.FIRST_SAMPLE], radials[:, column.NUMBER] = 1 - np.mod((number + 0.5) * GOLDEN, 1.0), number
-    radials[:, column.STRIDE] = np.where(count >= CELLS_PER_LOW_GAIN_RADIAL[0], LOW_GAIN_STRIDE, 1)
     return radials
 
 
-def _zone_over_relief(zone: tuple[float, float], vertical_distances: Floats, rise: float) -> tuple[float, float]:
-    """Zone of a level boundary whose elevations, from every image source, are those of relief over another zone [m]."""
-    least_height = max(float(np.abs(vertical_distances).min()), 1e-6)
-    return zone[0] * least_height / (least_height + rise), zone[1] * least_height / max(
-        least_height - rise, 1e-9 * least_height
-    )
-
-
-def _cells(
-    ping_geometry: PingGeometry, boresight: float, cell_count: int, merged: int, zone: tuple[float, float],
-    zone_over_relief: tuple[float, float], image_verticals: tuple[Floats, NDArray[np.bool_]], floor: float,
-) -> list[tuple[int, int]]:  # fmt: skip
-    """First cell and number of cells of each radial of one zone; cells are numbered from boresight."""
-    angle = 2 * np.pi / cell_count
-
-    def gain_bound(first: NDArray[np.int64], count: int, zone: tuple[float, float]) -> Floats:
-        bearing = np.asarray(boresight + (first + count / 2) * angle, float)
-        return radial_gain_bound(ping_geometry, bearing, count * angle, zone, *image_verticals)
-
-    first = np.arange(-cell_count // 2, cell_count // 2, CELLS_PER_SECTOR)
-    gain = gain_bound(first, CELLS_PER_SECTOR, zone)
-    # near the sonar even the largest gain may be a side lobe of the vertical beam
-    low_gain = LOW_GAIN * min(float(gain.max(initial=0.0)) / SIDE_LOBE, 1.0)
-    first, cells = first[gain_bound(first, CELLS_PER_SECTOR, zone_over_relief) >= floor], []
-    coarser = CELLS_PER_SECTOR
-    for width in sorted({*(max(count, merged) for count in CELLS_PER_LOW_GAIN_RADIAL), merged}, reverse=True):
-        first = (first[:, None] + np.arange(0, coarser, width)).ravel()
-        gain = gain_bound(first, width, zone)
-        is_split = (gain >= low_gain) if width > merged else np.zeros(len(first), bool)
-        if width >= CELLS_PER_LOW_GAIN_RADIAL[-1]:
-            cells += [
-                (int(cell), width) for cell in first[(gain_bound(first, width, zone_over_relief) >= floor) & ~is_split]
-            ]
-        else:
-            cells += [(int(cell), width) for cell in first]
-        first, coarser = first[is_split], width
-    return cells
+def _zones(
+    window_range: ReachableRange, height: float, image_verticals: tuple[Floats, NDArray[np.bool_]],
+    boundary: ViewedBoundary,
+) -> RadialZones:  # fmt: skip
+    """Zones of the received distances, halved from the farthest inwards, with the verticals of each image source."""
+    inner, outer, merged = [], [], []
+    distance = window_range.farthest
+    while distance > window_range.nearest and distance > 0:
+        merged.append(1 << int(min(max(math.log2(math.hypot(distance, height) / distance), 0), 4)))
+        outer.append(distance)
+        distance = distance / 2 if merged[-1] < 16 else 0.0
+        inner.append(distance)
+    distances = np.array([inner, outer], float).T
+    verticals, is_odd = np.repeat(image_verticals[0][None], len(merged), axis=0), image_verticals[1]
+    if boundary.climbs is not None and merged:
+        climbs = np.stack([boundary.climbs(zone) for zone in zip(inner, outer, strict=True)])
+        verticals, is_odd = climbs.reshape(len(climbs), -1), np.repeat(is_odd, climbs.shape[2])
+    # a zone of a level boundary whose elevations, from every image source, are those of relief over the zone itself
+    rise, least_height = boundary.rise, np.maximum(np.abs(verticals).min(axis=1), 1e-6)
+    over_relief = np.empty((len(merged), 2))
+    over_relief[:, 0] = distances[:, 0] * least_height / (least_height + rise)
+    over_relief[:, 1] = distances[:, 1] * least_height / np.maximum(least_height - rise, 1e-9 * least_height)
+    return RadialZones(np.ascontiguousarray(distances), over_relief, np.array(merged, np.int64), verticals, is_odd)
 
 
 def radial_gain_bound(
