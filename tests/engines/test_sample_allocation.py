@@ -288,10 +288,11 @@ def test_what_is_stronger_than_a_hundredth_takes_every_point():
     """A point that adds a hundredth takes part always, one that adds a third of it at a third of all positions."""
     energy = np.array([[[1.0, 0.3, 1e-4, 0.0]]], np.float32) * 10
     share, ones = np.empty((1, 1, 4), np.uint8), np.ones((1, 4))
-    pair_keep_probabilities(energy, np.full((1, 1), 10.0), ones, ones > 0, np.arange(4)[None], share, 32, 1)
+    ten_points = np.array([[1, 0, 0, 0, 5.0, 10.0, 1, 0, 1]]), np.array([0.0, 20.0]), 0.5
+    given = (*ten_points, energy, np.zeros(1, np.int64), ones, ones > 0)
+    pair_keep_probabilities(*given, np.arange(4)[None], share, 32, 1)
     np.testing.assert_array_equal(share[0, 0], [32, 10, 1, 0])
-    leads = np.array([[0, 0, 2, 3]])
-    pair_keep_probabilities(energy, np.full((1, 1), 10.0), ones, ones > 0, leads, share, 32, 1)
+    pair_keep_probabilities(*given, np.array([[0, 0, 2, 3]]), share, 32, 1)
     np.testing.assert_array_equal(share[0, 0], [32, 32, 1, 0])
 
 

@@ -22,12 +22,13 @@ GOLDEN = 0.6180339887498949
 def gain_towards(x: float, y: float, z: float, beams: BeamTables) -> float:
     """Amplitude of the first beam in the direction of a unit vector in the world [1], as `beam_kernels.beam_gains`."""
     w, u, v = array_cosines(beams.axes, x, y, z)
-    tables, per_unit = beams.tables, beams.per_unit
+    # no local names for the fields of `beams`: numba would count references to these arrays
     gain = beams.scale[0] * element_gain(beams.element, w)
-    gain *= interpolate_pattern(tables[0], per_unit[0], u - beams.steer[0, 0]) * interpolate_pattern(
-        tables[1], per_unit[1], v - beams.steer[0, 1]
+    gain *= interpolate_pattern(beams.tables[0], beams.per_unit[0], u - beams.steer[0, 0]) * interpolate_pattern(
+        beams.tables[1], beams.per_unit[1], v - beams.steer[0, 1]
     )
-    return gain * interpolate_pattern(tables[2], per_unit[2], u) * interpolate_pattern(tables[3], per_unit[3], v)
+    gain = gain * interpolate_pattern(beams.tables[2], beams.per_unit[2], u)
+    return gain * interpolate_pattern(beams.tables[3], beams.per_unit[3], v)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -55,13 +56,13 @@ def pair_energies(
     """
     transmit, receive = np.empty(verticals.shape[0]), np.empty(verticals.shape[0])
     c0, s0 = math.cos(heading), math.sin(heading)
+    energy[:] = 0
     for s in range(radials.shape[0]):
         cosine_in_frame, sine_in_frame = radials[s, column.COSINE], radials[s, column.SINE]
         c, d = c0 * cosine_in_frame - s0 * sine_in_frame, s0 * cosine_in_frame + c0 * sine_in_frame
         samples = POINTS_WIDE if radials[s, column.BEAM_SPREAD] > 0 else POINTS_NARROW
         for b in range(edges.size - 1):
             bin_near, bin_far = max(edges[b], radials[s, column.START]), min(edges[b + 1], radials[s, column.STOP])
-            energy[s, b] = 0
             if bin_far <= bin_near:
                 continue
             area = 0.5 * (bin_far * bin_far - bin_near * bin_near) * radials[s, column.CELL_WIDTH] / samples
@@ -84,15 +85,28 @@ def pair_energies(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def add_radials(energy: Singles, total: Floats) -> None:
+    """Fill the energy of all radials together, radial by radial, (b * p,), from (s, b * p) [m^-2]."""
+    total[:] = 0
+    for s in range(energy.shape[0]):
+        one = energy[s]
+        for k in range(total.size):
+            total[k] += one[k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def pair_keep_probabilities(
-    energy: Singles, points: Floats, full_energy: Floats, received: Any, pair_group: NDArray[np.int64],
-    keep_probability: NDArray[np.uint8], full: int, minimum: int,
+    radials: Floats, edges: Floats, step: float, energy: Singles, row: NDArray[np.int64], full_energy: Floats,
+    received: Any, pair_group: NDArray[np.int64], keep_probability: NDArray[np.uint8], full: int, minimum: int,
 ) -> None:  # fmt: skip
     """Fill the keep probability of every pair in each range bin of each radial.
 
     Args:
-        energy: Energy of pairs from `pair_energies` [m^-2], (s, b, p).
-        points: Number of samples by radial and range bin, (s, b).
+        radials: See `radial_columns`, (s, 9).
+        edges: Edges of the range bins [m], (b + 1,).
+        step: Distance of samples along radials without longer steps [m].
+        energy: Energy of pairs from `pair_energies` [m^-2], (any, b, p).
+        row: Row of each radial in `energy`, (s,).
         full_energy: Energy of one sample for which the keep probability is 1 [m^-2], (b, p).
         received: True if the pair is not negligible in the range bin, (b, p).
         pair_group: First of the pairs that may arrive at the same time in the range bin, (b, p).
@@ -100,26 +114,30 @@ def pair_keep_probabilities(
         full: Number that represents a probability of 1.
         minimum: Smallest value for a pair that is received.
     """
-    count = energy.shape[2]
-    for b in range(energy.shape[1]):
-        separate = True
+    count, separate = energy.shape[2], np.ones(edges.size - 1, np.bool_)
+    for b in range(separate.size):
         for p in range(count):
-            separate &= pair_group[b, p] == p
-        for s in range(energy.shape[0]):
-            scale = np.float32(full / max(points[s, b], 1.0))
+            separate[b] &= pair_group[b, p] == p
+    keep_probability[:] = 0
+    for s in range(radials.shape[0]):
+        start, stop, step_length = radials[s, column.START], radials[s, column.STOP], step * radials[s, column.STRIDE]
+        for b in range(separate.size):
+            length = min(edges[b + 1], stop) - max(edges[b], start)
+            if length <= 0:
+                continue
+            keep, group = keep_probability[s, b], pair_group[b]
+            scale = np.float32(full / max(length / step_length, 1.0))
             for p in range(count):
-                ratio = energy[s, b, p] * scale / np.float32(full_energy[b, p])
+                ratio = energy[row[s], b, p] * scale / np.float32(full_energy[b, p])
                 steps = np.uint8(min(max(math.ceil(min(ratio, np.float32(255))), minimum), full))
-                keep_probability[s, b, p] = steps if received[b, p] and ratio > 0 else 0
-            if separate:
+                keep[p] = steps if received[b, p] and ratio > 0 else 0
+            if separate[b]:
                 continue
             # pairs that interfere are evaluated at the same samples: all have the largest keep probability
             for p in range(count):
-                keep_probability[s, b, pair_group[b, p]] = max(
-                    keep_probability[s, b, pair_group[b, p]], keep_probability[s, b, p]
-                )
+                keep[group[p]] = max(keep[group[p]], keep[p])
             for p in range(count):
-                keep_probability[s, b, p] = keep_probability[s, b, pair_group[b, p]] if received[b, p] else 0
+                keep[p] = keep[group[p]] if received[b, p] else 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -143,15 +161,17 @@ def lengthen_steps(
     Returns:
         Number of new radials.
     """
-    n = 0
+    n, largest = 0, np.zeros(edges.size - 1, np.int64)
     for s in range(radials.shape[0]):
         start, stop = radials[s, column.START], radials[s, column.STOP]
         best, saving, split = 0, 0.1, start
+        for b in range(edges.size - 1):
+            largest[b] = keep_probability[s, b].max() if edges[b] < stop and edges[b + 1] > start else 0
         stride = longest
         while stride > max(radials[s, column.STRIDE], 1):
             last_needed = 0.0
             for b in range(edges.size - 1):
-                if edges[b] < stop and edges[b + 1] > start and 2 * stride * keep_probability[s, b].max() > full:
+                if 2 * stride * largest[b] > full:
                     last_needed = edges[b + 1]
             last_needed = max(last_needed, start)
             gain = (stop - last_needed) / stop * (1 - radials[s, column.STRIDE] / stride)

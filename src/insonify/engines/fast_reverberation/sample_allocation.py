@@ -10,7 +10,7 @@ Source: Neyman (1934), J. R. Stat. Soc. 97(4), optimum allocation in stratified 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from insonify.engines import radial_columns as column
 from insonify.engines.arrived_energy import NEGLIGIBLE, arrived_energy
 from insonify.engines.fast_reverberation._radial_samples_kernel import FULL_PROBABILITY
 from insonify.engines.fast_reverberation._sample_allocation_kernel import (
+    add_radials,
     lengthen_steps,
     pair_energies,
     pair_keep_probabilities,
@@ -35,6 +36,8 @@ MIN_PROBABILITY_STEPS = 1
 """Smallest keep probability of a pair that is received."""
 RANGE_BINS = 48
 """Number of range bins with one keep probability each."""
+EDGE_FRACTIONS = np.linspace(0, 1, RANGE_BINS + 1) ** 1.5
+"""Edges of the range bins, re the distance from the nearest to the farthest [1]."""
 FULL_SAMPLING_ENERGY = 0.01
 """Energy of one sample re that received at the same time for which the keep probability is 1 [1]: about the variance
 due to importance sampling."""
@@ -86,20 +89,18 @@ def allocate_samples(
         slope: Assumed slope of the seabed [1].
         refraction: Refraction table of the families.
     """
-    count = len(families)
-    pair = np.array([(i, j) for i in range(count) for j in range(i, count)], np.int64)
+    pair, odd, has_bottom_bounce = _pairs_of(families)
     if not len(radials):
         return SampleAllocation(radials, pair, np.zeros(2), np.zeros((0, 1, len(pair)), np.uint8), np.zeros(1, bool),
                         lambda _: np.zeros((0, 1, len(pair)), np.float32))  # fmt: skip
     nearest, farthest = float(radials[:, column.START].min()), float(radials[:, column.STOP].max())
-    edges = nearest + (farthest - nearest) * np.linspace(0, 1, RANGE_BINS + 1) ** 1.5
+    edges = nearest + (farthest - nearest) * EDGE_FRACTIONS
     source, speed = float(ping_geometry.transmit_position[2]), ping_geometry.sound_speed
     image_depths = np.array([image_depth(name, source, depth) for name in families])
     legs = partial(level_legs, refraction, image_depths, speed)
     in_bins = legs((edges[1:] + edges[:-1]) / 2, depth)
     climb = np.ascontiguousarray(in_bins.climb)
     strength = _strengths(in_bins, pair, law, reflection_products, absorption_db, slope)
-    odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
     transmit, receive = ping_geometry.transmit_beams.kernel_tables, ping_geometry.receive_beams.kernel_tables
     same_beams = ping_geometry.same_beams
 
@@ -109,40 +110,48 @@ def allocate_samples(
         return line_energy
 
     energy = energies(radials)
-    pulse, total = ping_geometry.pulse, energy.sum(axis=0, dtype=float).T
+    pulse, sums = ping_geometry.pulse, np.empty((RANGE_BINS, len(pair)))
+    add_radials(energy.reshape(len(radials), -1), sums.reshape(-1))
+    total = sums.T
     pair_delay = legs(edges, depth).delay[pair].sum(axis=1)
     durations = np.maximum(np.diff(pair_delay, axis=1), pulse.effective_duration) / pulse.effective_duration
     energy_sum = np.diff(arrived_energy(pair_delay, total), axis=1) / durations
     received = np.ascontiguousarray((total / durations >= NEGLIGIBLE * energy_sum).T)
     levels = [legs(edges, depth + shift).delay for shift in (-rise, rise)]
     pair_group = _interfering_pairs(levels, pair, INTERFERENCE_PULSES * pulse.effective_duration, received)
-    costly = np.array([any("B" in families[k] for k in rows_of_pair) for rows_of_pair in pair]) & (slope > 0)
+    costly = has_bottom_bounce & (slope > 0)
     full_energy = np.ascontiguousarray(
         np.maximum(FULL_SAMPLING_ENERGY * np.where(costly, BOUNCE_COST_FACTOR, 1.0)[:, None] * energy_sum, 1e-300).T
     )
 
-    def keep_probabilities(subset: Floats, pair_energy: NDArray[np.float32]) -> NDArray[np.uint8]:
-        start, stop = subset[:, [column.START]], subset[:, [column.STOP]]
-        length = np.clip(np.minimum(edges[1:], stop) - np.maximum(edges[:-1], start), 0, None)
-        step_length = step * subset[:, [column.STRIDE]]
-        keep_probability = np.empty(pair_energy.shape, np.uint8)
+    def keep_probabilities(subset: Floats, row: NDArray[np.int64]) -> NDArray[np.uint8]:
+        keep_probability = np.empty((len(subset), RANGE_BINS, len(pair)), np.uint8)
         pair_keep_probabilities(
-            pair_energy, length / step_length, full_energy, received, pair_group, keep_probability,
-            FULL_PROBABILITY, MIN_PROBABILITY_STEPS,
+            subset, edges, step, energy, row, full_energy, received, pair_group, keep_probability, FULL_PROBABILITY,
+            MIN_PROBABILITY_STEPS,
         )  # fmt: skip
         return keep_probability
 
     lengthened, row = np.empty((2 * len(radials), radials.shape[1])), np.empty(2 * len(radials), np.int64)
     count = lengthen_steps(
-        radials, edges, keep_probabilities(radials, energy), FULL_PROBABILITY, MAX_STEP, lengthened, row
-    )
+        radials, edges, keep_probabilities(radials, np.arange(len(radials))), FULL_PROBABILITY, MAX_STEP, lengthened,
+        row,
+    )  # fmt: skip
     radials, row = lengthened[:count], row[:count]
-    energy = energy[row]
-    energy[(edges[1:] <= radials[:, [column.START]]) | (edges[:-1] >= radials[:, [column.STOP]])] = 0
     return SampleAllocation(
-        radials, pair, edges, keep_probabilities(radials, energy), (pair_group != np.arange(len(pair))).any(axis=1),
+        radials, pair, edges, keep_probabilities(radials, row), (pair_group != np.arange(len(pair))).any(axis=1),
         energies,
     )  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def _pairs_of(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Pairs of families (p, 2), True for families with an odd number of bounces, for pairs with a bottom bounce."""
+    count = len(families)
+    pair = np.array([(i, j) for i in range(count) for j in range(i, count)], np.int64)
+    odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
+    has_bottom_bounce = np.array([any("B" in families[k] for k in rows_of_pair) for rows_of_pair in pair])
+    return pair, odd, has_bottom_bounce
 
 
 def _strengths(
@@ -150,21 +159,29 @@ def _strengths(
     absorption_db: float, slope: float,
 ) -> Floats:  # fmt: skip
     """Cross section of each pair times the squares of both legs' pressures at n distances [m^-4], (p, n)."""
-    length, sine, count = legs.length, legs.arrival_sine, legs.length.shape[1]
-    nodes = reflection_products.shape[1] - 1
-    index = np.rint(legs.bounce_sine * nodes).astype(int)
-    reflected = np.abs(np.take_along_axis(reflection_products, index, axis=1)) ** 2
+    length, sine = legs.length, legs.arrival_sine
+    node = np.rint(legs.bounce_sine * (reflection_products.shape[1] - 1)).astype(int)
+    reflected = np.abs(reflection_products[np.arange(len(node))[:, None], node]) ** 2
     power = reflected * 10 ** (-absorption_db * length / 10) / length**2 * legs.pressure**2
-    direction = np.stack([np.sqrt(1 - sine**2), 0 * sine, sine], axis=1).astype(np.float32)
-    strength = np.zeros((len(pair), count))
-    for tilt in (-slope, 0.0, slope):
-        normal = np.empty((3, count), np.float32)
-        normal[:] = np.array([[np.sin(tilt)], [0.0], [-np.cos(tilt)]])
-        section = np.empty(count, np.float32)
-        for row, (i, j) in enumerate(pair):
-            law.fill(direction[i], -direction[j], normal, section)
-            strength[row] += section / 3 * power[i] * power[j]
+    direction = np.zeros((3, *sine.shape), np.float32)
+    direction[0], direction[2] = np.sqrt(1 - sine**2), sine
+    normal = _tilted_normals(slope, pair.shape[0] * length.shape[1])
+    directions = np.empty((2, 3, 3, len(pair), length.shape[1]), np.float32)
+    directions[0], directions[1] = direction[:, None, pair[:, 0]], -direction[:, None, pair[:, 1]]
+    section = np.empty(normal.shape[1], np.float32)
+    incoming, outgoing = directions.reshape(2, 3, -1)
+    law.fill(incoming, outgoing, normal, section)
+    strength, transmit, receive = np.zeros((len(pair), length.shape[1])), power[pair[:, 0]], power[pair[:, 1]]
+    for part in section.reshape(3, *strength.shape):
+        strength += part / 3 * transmit * receive
     return strength
+
+
+@lru_cache(maxsize=16)
+def _tilted_normals(slope: float, count: int) -> NDArray[np.float32]:
+    """Unit normals of seabed that rises, is level, and falls outwards, each so many times [1], (3, 3 * count)."""
+    tilt = np.repeat([-slope, 0.0, slope], count)
+    return np.stack([np.sin(tilt), 0 * tilt, -np.cos(tilt)]).astype(np.float32)
 
 
 def _interfering_pairs(
@@ -179,6 +196,8 @@ def _interfering_pairs(
         max_lag: Largest lag [s].
         needed: True for the pairs that are received, (b, p).
     """
+    if len(pair) == 1:
+        return np.zeros(needed.shape, np.int64)
     ends = [delay[pair].sum(axis=1).T for delay in levels]
     pair_delay = np.stack([end[part] for end in ends for part in (slice(None, -1), slice(1, None))])
     lag = pair_delay[..., :, None] - pair_delay[..., None, :]
