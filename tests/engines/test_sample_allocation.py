@@ -117,7 +117,7 @@ def test_priorities_are_spread_evenly():
     """Along any radial, and across them at any sample, each keep probability keeps its part of 320 positions, +- 4."""
     turn = np.empty((320, 320), np.int32)
     for number in range(320):
-        _radial_samples_kernel.priorities(float(number), 320, turn[number])
+        turn[number] = [_radial_samples_kernel.priority_of(float(number), k) for k in range(320)]
     for share in (1, 2, 5, 16, 31):
         taken = turn < share
         assert np.abs(taken.sum(axis=0) - 10 * share).max() <= 4

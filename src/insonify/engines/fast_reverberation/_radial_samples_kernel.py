@@ -37,78 +37,182 @@ class RangeBins(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def count_samples(radials: Floats, step: float, bins: RangeBins, keep_probability: Integers, lists: SampleLists) -> int:
+    """Count the points of each list, their rows and ranges: `sample_counts` and all offsets are set.
+
+    Args:
+        radials: See `radial_columns`, (s, 9).
+        step: Distance of samples [m].
+        bins: The range bins.
+        keep_probability: Keep probability of samples by radial, range bin and pair, in units of
+            1 / `FULL_PROBABILITY`, (s, b, p).
+        lists: Result.
+
+    Returns:
+        Number of samples of the longest radial.
+    """
+    (edges, pair, interferes), sample_counts, list_offsets = bins, lists.sample_counts, lists.list_offsets
+    pair_offsets, interference_offsets = lists.pair_offsets, lists.interference_offsets
+    pair_count = pair.shape[0]
+    first_sample, of_pair = np.empty(edges.size, np.int64), np.empty(pair_count, np.int64)
+    below = np.zeros(FULL_PROBABILITY + 1, np.int64)  # number of samples of a bin with a priority below each
+    n, ranges, rows, longest = 0, 0, 0, 0
+    list_offsets[0], interference_offsets[0] = 0, 0
+    for s in range(radials.shape[0]):
+        keep = keep_probability[s]
+        spacing = step * radials[s, column.STRIDE]
+        first_bin, end_bin, count = range_bins_of(radials[s], spacing, edges, keep, first_sample)
+        of_pair[:] = 0
+        for b in range(first_bin, end_bin):
+            if first_sample[b + 1] == first_sample[b]:
+                continue
+            below[:] = 0
+            for k in range(first_sample[b], first_sample[b + 1]):
+                below[1 + priority_of(radials[s, column.NUMBER], k)] += 1
+            for probability in range(FULL_PROBABILITY):
+                below[probability + 1] += below[probability]
+            largest = np.uint8(0)
+            for p in range(pair_count):
+                largest = max(largest, keep[b, p])
+                of_pair[p] += below[keep[b, p]]
+            n += below[largest]
+            ranges += 1 if interferes[b] and below[largest] > 0 else 0
+        for p in range(pair_count):
+            pair_offsets[s, p], rows = rows, rows + of_pair[p]
+        pair_offsets[s, pair_count] = rows
+        sample_counts[s], longest = count, max(longest, count)
+        list_offsets[s + 1], interference_offsets[s + 1] = n, ranges
+    return longest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def list_samples(
     radials: Floats, heading: float, step: float, bins: RangeBins, keep_probability: Integers, families: FamilyTable,
-    lists: SampleLists, fill: bool,
+    longest: int, lists: SampleLists,
 ) -> None:  # fmt: skip
-    """Fill one list for each radial, or only count: `first`, `pair_first` and `close_first` are set in either case.
+    """Fill one list for each radial. Columns of points and rows are one element longer than what `count_samples` found.
+
+    Samples are written, and the next overwrites those that are not kept: a branch on a random number takes longer.
 
     Args:
         radials: See `radial_columns`, (s, 9).
         heading: Heading of their frame [rad].
         step: Distance of samples [m].
         bins: The range bins.
-        keep_probability: Keep probability of samples by radial, range bin and pair, in units of
-            1 / `FULL_PROBABILITY`, (s, b, p).
+        keep_probability: As of `count_samples`.
         families: Tables of the families.
-        lists: Result.
-        fill: True to fill the lists, False to count their rows.
+        longest: Result of `count_samples`.
+        lists: Changed, with the counts of `count_samples`.
     """
-    edges, pair, interferes = bins
-    family_count = families.bounce_codes.shape[0]
-    first_sample = np.empty(edges.size, np.int64)
-    family_probability = np.empty((family_count, edges.size - 1), np.uint8)
-    n, ranges, row = 0, 0, 0
-    lists.list_offsets[0], lists.interference_offsets[0] = 0, 0
+    # local names for the fields: numba counts references to an array at each use of a field
+    (edges, pair, interferes), interference_ranges = bins, lists.interference_ranges
+    list_offsets, needed_horizons, family_bits = lists.list_offsets, lists.needed_horizons, lists.family_bits
+    sample_number, requested_families, distance = lists.sample_number, lists.requested_families, lists.distance
+    beam_bearing, pair_points, inverse_probability = lists.beam_bearing, lists.pair_points, lists.inverse_probability
+    first_sample, first_point = np.empty(edges.size, np.int64), np.empty(edges.size, np.int64)
+    family_probability = np.empty((edges.size - 1, families.bounce_codes.shape[0]), np.uint8)
+    requested, priority = np.empty(family_probability.shape[1], np.bool_), np.empty(longest + 1, np.int32)
+    ranges, row = 0, 0
     for s in range(radials.shape[0]):
-        sample_spacing = step * radials[s, column.STRIDE]
-        count = range_bins_of(
-            radials[s], sample_spacing, edges, pair, keep_probability[s], first_sample, family_probability
-        )
-        lists.sample_counts[s] = count
-        mark_needed_horizons(family_probability, families, lists.needed_horizons[s])
-        priority, point_of_sample = np.empty(count, np.int32), np.full(count, -1, np.int32)
-        priorities(radials[s, column.NUMBER], count, priority)
-        list_start, all_families = n, np.int32(0)
-        for b in range(edges.size - 1):
-            bin_start = n
-            for k in range(first_sample[b], first_sample[b + 1]):
-                family_bits = np.int32(0)
-                for f in range(family_count):
-                    family_bits |= np.int32(1 << f) if priority[k] < family_probability[f, b] else np.int32(0)
-                if family_bits == 0:
-                    continue
-                point_of_sample[k] = n - list_start
-                all_families |= family_bits
-                if fill:
-                    lists.sample_number[n], lists.requested_families[n] = k, family_bits
-                n += 1
-            if interferes[b] and n > bin_start:
-                if fill:
-                    lists.interference_ranges[ranges, 0] = bin_start - list_start
-                    lists.interference_ranges[ranges, 1] = n - list_start
+        spacing, keep = step * radials[s, column.STRIDE], keep_probability[s]
+        begin, stop = list_offsets[s], list_offsets[s + 1]
+        first_bin, end_bin, _ = range_bins_of(radials[s], spacing, edges, keep, first_sample)
+        crossed = first_bin, end_bin
+        family_probabilities(keep, pair, crossed, first_sample, family_probability, requested)
+        mark_needed_horizons(requested, families, needed_horizons[s])
+        family_bits[s] = _list_points(
+            radials[s, column.NUMBER], crossed, first_sample, family_probability, sample_number[begin:],
+            requested_families[begin:], priority, first_point,
+        )  # fmt: skip
+        _fill_positions(radials[s], heading, spacing, sample_number[begin:stop], distance[begin:stop],
+                        beam_bearing[0, begin:stop], beam_bearing[1, begin:stop])  # fmt: skip
+        for b in range(first_bin, end_bin):
+            if interferes[b] and first_point[b + 1] > first_point[b]:
+                interference_ranges[ranges, 0], interference_ranges[ranges, 1] = first_point[b], first_point[b + 1]
                 ranges += 1
-        lists.family_bits[s] = all_families
-        if fill:
-            listed = slice(list_start, n)
-            _fill_positions(radials[s], heading, sample_spacing, lists.sample_number[listed], lists.distance[listed],
-                           lists.beam_bearing[:, listed])  # fmt: skip
-        for p in range(pair.shape[0]):
-            lists.pair_offsets[s, p] = row
-            for b in range(edges.size - 1):
-                for k in range(first_sample[b], first_sample[b + 1] if keep_probability[s, b, p] > 0 else 0):
-                    if priority[k] < keep_probability[s, b, p]:
-                        if fill:
-                            lists.pair_points[row] = point_of_sample[k]
-                            lists.inverse_probability[row] = FULL_PROBABILITY / keep_probability[s, b, p]
-                        row += 1
-        lists.pair_offsets[s, pair.shape[0]] = row
-        lists.list_offsets[s + 1], lists.interference_offsets[s + 1] = n, ranges
+        row += _list_rows(keep, crossed, priority, first_point, pair_points[row:],
+                          inverse_probability[row:])  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
+def _list_points(
+    radial_number: float, crossed: tuple[int, int], first_sample: Integers, family_probability: Integers,
+    sample_number: Integers, requested_families: Integers, priority: Integers, first_point: Integers,
+) -> Any:  # fmt: skip
+    """List the samples of one radial that any family uses.
+
+    Args:
+        radial_number: Number of the radial.
+        crossed: First range bin that it crosses, and that after the last.
+        first_sample: First sample of each of these, and of the next, (b + 1,).
+        family_probability: See `family_probabilities`, (b, f).
+        sample_number: Result, number of each point along the radial, one element longer than the list.
+        requested_families: Result, families requested at each point, a bit for each.
+        priority: Result, priority of each point, one element longer than the list.
+        first_point: Result, first point of each range bin, and of the next, (b + 1,).
+
+    Returns:
+        Families requested at any point.
+    """
+    n, all_families = 0, np.int32(0)
+    first_point[crossed[0]] = 0
+    for b in range(crossed[0], crossed[1]):
+        begin, largest = n, np.uint8(0)
+        for f in range(family_probability.shape[1]):
+            largest = max(largest, family_probability[b, f])
+        for k in range(first_sample[b], first_sample[b + 1] if largest > 0 else 0):
+            sample_number[n], priority[n] = k, priority_of(radial_number, k)
+            n += priority[n] < largest
+        for i in range(begin, n):
+            family_bits = np.int32(0)
+            for f in range(family_probability.shape[1]):
+                family_bits |= np.int32(priority[i] < family_probability[b, f]) << f
+            requested_families[i] = family_bits
+            all_families |= family_bits
+        first_point[b + 1] = n
+    return all_families
+
+
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
+def _list_rows(
+    keep_probability: Integers, crossed: tuple[int, int], priority: Integers, first_point: Integers,
+    pair_points: Integers, inverse_probability: Singles,
+) -> int:  # fmt: skip
+    """List the points of one radial at which each pair is evaluated.
+
+    Args:
+        keep_probability: Keep probability of the radial, (b, p).
+        crossed: First range bin that it crosses, and that after the last.
+        priority: Priority of each point.
+        first_point: First point of each of these, and of the next, (b + 1,).
+        pair_points: Result, the points pair by pair, one element longer than these.
+        inverse_probability: Result, one over the keep probability, as long.
+
+    Returns:
+        Number of rows.
+    """
+    row = 0
+    for p in range(keep_probability.shape[1]):
+        for b in range(crossed[0], crossed[1]):
+            probability = keep_probability[b, p]
+            if probability == 0:
+                continue
+            inverse = np.float32(FULL_PROBABILITY / probability)
+            for i in range(first_point[b], first_point[b + 1]):
+                pair_points[row], inverse_probability[row] = i, inverse
+                row += priority[i] < probability
+    return row
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _fill_positions(
-    radial: Floats, heading: float, step: float, sample_number: Integers, distance: Floats, beam_bearing: Singles
+    radial: Floats,
+    heading: float,
+    step: float,
+    sample_number: Integers,
+    distance: Floats,
+    north: Singles,
+    east: Singles,
 ) -> None:
     """Fill distances of samples, and bearings at which the beams are evaluated for them.
 
@@ -116,77 +220,99 @@ def _fill_positions(
     """
     cosine = math.cos(heading) * radial[column.COSINE] - math.sin(heading) * radial[column.SINE]
     sine = math.sin(heading) * radial[column.COSINE] + math.cos(heading) * radial[column.SINE]
+    turn, spread, first = radial[column.NUMBER] * GOLDEN, radial[column.BEAM_SPREAD], radial[column.FIRST_SAMPLE]
     for i in range(sample_number.size):
-        distance[i] = (sample_number[i] + radial[column.FIRST_SAMPLE]) * step
-        fraction = radial[column.NUMBER] * GOLDEN + (sample_number[i] + 0.5) * GOLDEN
-        angle = (fraction - math.floor(fraction) - 0.5) * radial[column.BEAM_SPREAD]
+        distance[i] = (sample_number[i] + first) * step
+        fraction = turn + (sample_number[i] + 0.5) * GOLDEN
+        angle = (fraction - math.floor(fraction) - 0.5) * spread
         cosine_of_angle = 1 - 0.5 * angle * angle  # small angles
-        beam_bearing[0, i] = cosine * cosine_of_angle - sine * angle
-        beam_bearing[1, i] = sine * cosine_of_angle + cosine * angle
+        north[i] = cosine * cosine_of_angle - sine * angle
+        east[i] = sine * cosine_of_angle + cosine * angle
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def range_bins_of(
-    radial: Floats, step: float, edges: Floats, pair: Integers, keep_probability: Integers, first_sample: Integers,
-    family_probability: Integers
-) -> int:  # fmt: skip
-    """Fill the first sample of each range bin of a radial, and the largest keep probability of each family there.
+    radial: Floats, step: float, edges: Floats, keep_probability: Integers, first_sample: Integers
+) -> tuple[int, int, int]:
+    """Fill the first sample of each range bin that a radial crosses, and of the next.
 
     Args:
         radial: One row of `radials`, (9,).
         step: Distance of the radial's samples [m].
         edges: See `RangeBins`.
-        pair: See `RangeBins`.
         keep_probability: Keep probability of the radial, (b, p).
-        first_sample: Result, first sample of each range bin, (b + 1,).
-        family_probability: Result, largest keep probability of each family, (f, b).
+        first_sample: Result, (b + 1,).
 
     Returns:
-        Number of samples of the radial up to the last that any family uses.
+        First of these bins, the one after the last, number of samples of the radial up to the last that any family
+        uses.
     """
-    last = max(math.ceil(radial[column.STOP] / step - radial[column.FIRST_SAMPLE]), 0)
-    begin = max(math.ceil(radial[column.START] / step - radial[column.FIRST_SAMPLE]), 0)
-    family_probability[:] = 0
-    count = 0
-    for b in range(edges.size):
-        first_sample[b] = min(max(math.ceil(edges[b] / step - radial[column.FIRST_SAMPLE]), begin), last)
-    first_sample[edges.size - 1] = max(last, begin)  # rounding must not lose the last sample
-    for b in range(edges.size - 1):
-        for p in range(pair.shape[0]):
-            if keep_probability[b, p] > 0:
-                i, j = pair[p, 0], pair[p, 1]
-                family_probability[i, b] = max(family_probability[i, b], keep_probability[b, p])
-                family_probability[j, b] = max(family_probability[j, b], keep_probability[b, p])
-                count = max(count, first_sample[b + 1]) if first_sample[b + 1] > first_sample[b] else count
-    for b in range(edges.size):
+    start, stop, first = radial[column.START], radial[column.STOP], radial[column.FIRST_SAMPLE]
+    last, begin = max(math.ceil(stop / step - first), 0), max(math.ceil(start / step - first), 0)
+    bin_count, first_bin = edges.size - 1, 0
+    while first_bin < bin_count - 1 and edges[first_bin + 1] <= start:
+        first_bin += 1
+    end_bin, count = first_bin, 0
+    first_sample[first_bin] = min(max(math.ceil(edges[first_bin] / step - first), begin), last)
+    while end_bin < bin_count and edges[end_bin] < stop:
+        end_bin += 1
+        first_sample[end_bin] = min(max(math.ceil(edges[end_bin] / step - first), begin), last)
+        if end_bin == bin_count:
+            first_sample[end_bin] = max(last, begin)  # rounding must not lose the last sample
+        if first_sample[end_bin] > first_sample[end_bin - 1]:
+            for p in range(keep_probability.shape[1]):
+                count = first_sample[end_bin] if keep_probability[end_bin - 1, p] > 0 else count
+    for b in range(first_bin, end_bin + 1):
         first_sample[b] = min(first_sample[b], count)
-    return count
+    return first_bin, end_bin, count
+
+
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
+def family_probabilities(
+    keep_probability: Integers, pair: Integers, crossed: tuple[int, int], first_sample: Integers,
+    family_probability: Integers, requested: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """Fill the largest keep probability of each family in the range bins of one radial.
+
+    Args:
+        keep_probability: Keep probability of the radial, (b, p).
+        pair: See `RangeBins`.
+        crossed: First range bin that the radial crosses, and that after the last.
+        first_sample: First sample of each of these, and of the next, (b + 1,).
+        family_probability: Result, 0 in range bins without samples, (b, f).
+        requested: Result, True for families with a probability above 0 anywhere, (f,).
+    """
+    requested[:] = False
+    for b in range(crossed[0], crossed[1]):
+        for f in range(requested.size):
+            family_probability[b, f] = 0
+        for p in range(pair.shape[0] if first_sample[b + 1] > first_sample[b] else 0):
+            for leg in range(2):
+                f = pair[p, leg]
+                family_probability[b, f] = max(family_probability[b, f], keep_probability[b, p])
+                requested[f] |= keep_probability[b, p] > 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def priorities(number: float, count: int, priority: Integers) -> None:
-    """Fill priorities of the samples of one radial, 0..31, evenly distributed along and across radials.
+def priority_of(number: float, k: int) -> int:
+    """Priority of one sample, 0..31, evenly distributed along and across radials.
 
     Source: Roberts (2018), "The unreasonable effectiveness of quasirandom sequences", the sequence R2; from memory.
 
     Args:
         number: Number of the radial.
-        count: Number of samples.
-        priority: Result, (at least count,).
+        k: Number of the sample.
     """
-    word = int(number) * _RADIAL_INCREMENT
-    for k in range(count):
-        word += _SAMPLE_INCREMENT
-        priority[k] = np.int32((word >> 27) & 31)
+    return ((int(number) * _RADIAL_INCREMENT + (k + 1) * _SAMPLE_INCREMENT) >> 27) & 31
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mark_needed_horizons(family_probability: Integers, families: FamilyTable, needed: NDArray[np.bool_]) -> None:
-    """Mark the launch horizons of families that are requested anywhere (`family_probability` (f, b) above 0)."""
+def mark_needed_horizons(requested: NDArray[np.bool_], families: FamilyTable, needed: NDArray[np.bool_]) -> None:
+    """Mark the launch horizons of the families that are requested, (f,)."""
     bounce_codes, horizon_row = families.bounce_codes, families.horizon_row
     needed[:] = False
     for f in range(bounce_codes.shape[0]):
-        if family_probability[f].max() > 0:
+        if requested[f]:
             for k in range(horizon_row.shape[1]):
                 if k == 0 or bounce_codes[f, k - 1] > 0:
                     needed[horizon_row[f, k]] = True

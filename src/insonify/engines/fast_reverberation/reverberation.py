@@ -28,6 +28,7 @@ from insonify.engines.fast_reverberation.refraction_table import RaysFromDepth, 
 from insonify.engines.fast_reverberation.reverberation_plan import (
     RadialLines,
     ReverberationPlan,
+    absorption_db,
     absorption_octaves,
     bounce_tables,
     plan_reverberation,
@@ -403,8 +404,8 @@ def _prepare(
     lines = RadialLines(radials, step, heading)
     plan = plan_reverberation(rays, ping_geometry, families, law, lines, rise, refraction)
     return PreparedReverberation(
-        plan, heading, window_range.farthest, _reduced_path_settings(path_settings, scene, ping_geometry, ()),
-        _reduced_path_settings(path_settings, scene, ping_geometry, ("target",)),
+        plan, heading, window_range.farthest, _reduced_path_settings(path_settings, scene, ping_geometry.frequency, ()),
+        _reduced_path_settings(path_settings, scene, ping_geometry.frequency, ("target",)),
     )  # fmt: skip
 
 
@@ -418,7 +419,7 @@ def _refraction(
     frequency, source = ping_geometry.frequency, float(ping_geometry.transmit_position[2])
     if not rays.uses_tables(frequency):
         return None
-    absorption = absorption_octaves(float(rays.scene.water.absorption(frequency)))
+    absorption = absorption_octaves(absorption_db(rays.scene.water, frequency))
     end = RaysFromDepth(rays, source, ping_geometry.sound_speed, absorption)
     return _TABLES.get(
         (Identity(rays), source, families, frequency, farthest),
@@ -426,12 +427,13 @@ def _refraction(
     )
 
 
+@lru_cache(maxsize=16)
 def _reduced_path_settings(
-    path_settings: PathSettings, scene: Scene, ping_geometry: PingGeometry, further: tuple[str, ...]
+    path_settings: PathSettings, scene: Scene, frequency: float, further: tuple[str, ...]
 ) -> PathSettings:
     """The path settings without the seabed, contributions that do not scatter, and some further ones."""
     omitted = ["seabed", *further]
-    omitted += ["surface"] if scene.surface.law(ping_geometry.frequency) is None else []
+    omitted += ["surface"] if scene.surface.law(frequency) is None else []
     omitted += [] if scene.water.scatters else ["water"]
     remaining = tuple(contribution for contribution in path_settings.contributions if contribution not in omitted)
     return path_settings.unchecked_copy(contributions=remaining)

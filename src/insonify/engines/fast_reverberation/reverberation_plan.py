@@ -5,17 +5,18 @@ sonar at constant depth and attitude uses the same plan at every ping.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import radial_columns as column
-from insonify.engines.fast_reverberation._radial_samples_kernel import RangeBins, list_samples
+from insonify.engines.fast_reverberation._radial_samples_kernel import RangeBins, count_samples, list_samples
 from insonify.engines.fast_reverberation.sample_allocation import SampleAllocation, allocate_samples
 from insonify.engines.radial_tables import FamilyTable, RefractionTable, SampleLists
 from insonify.engines.terrain_occlusion import fresnel_half_length
+from insonify.ocean.water import Water
 from insonify.propagation.bounding_cylinders import bounding_cylinders
 from insonify.propagation.families import DIRECT, bounce_sequence, image_depth
 from insonify.propagation.launch_angles import LaunchAngles
@@ -145,9 +146,9 @@ def _plan(
         ),
         lambda: _reflection_table(scene, families, launches, ping_geometry.wavelength, is_rough),
     )
-    absorption_db = float(scene.water.absorption(ping_geometry.frequency))
+    loss_db = absorption_db(scene.water, ping_geometry.frequency)
     sampling = allocate_samples(
-        ping_geometry, depth, rise, families, radials, step, heading, law, reflection_products, absorption_db,
+        ping_geometry, depth, rise, families, radials, step, heading, law, reflection_products, loss_db,
         ASSUMED_SLOPE if is_rough else 0.0, refraction,
     )  # fmt: skip
     bounce_codes, horizon_row, horizon_names = bounce_tables(families)
@@ -157,15 +158,15 @@ def _plan(
         horizon_rising=np.array([name.endswith("B") for name in horizon_names]),
         reflection_products=reflection_products,
         direction_factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
-        absorption_octaves=absorption_octaves(absorption_db), refraction=refraction,
+        absorption_octaves=absorption_octaves(loss_db), refraction=refraction,
     )  # fmt: skip
     lists = _sample_lists(sampling.radials, heading, step, sampling, sampling.keep_probability, table)
     return ReverberationPlan(families, law, sampling.radials, step, sampling, table, bounding_cylinders(scene), lists)
 
 
-def absorption_octaves(absorption_db: float) -> float:
+def absorption_octaves(loss_db: float) -> float:
     """Absorption [octaves of pressure/m] from that in decibels [dB/m]."""
-    return absorption_db / 20 * float(np.log2(10))
+    return loss_db / 20 * float(np.log2(10))
 
 
 def _sample_lists(
@@ -173,34 +174,37 @@ def _sample_lists(
     families: FamilyTable,
 ) -> SampleLists:  # fmt: skip
     """Lists of samples of radials with given keep probabilities, which are counted first and then filled."""
-    horizon_count = families.horizon_rising.size
-
-    def empty_lists(points: int, rows: int, ranges: int) -> SampleLists:
-        count = len(radials)
-        return SampleLists(
-            np.zeros(count + 1, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64),
-            np.zeros((count, horizon_count), bool), np.empty(points, np.int32), np.empty(points, np.int32),
-            np.empty(points), np.empty((2, points), np.float32), np.zeros((count, len(sampling.pair) + 1), np.int64),
-            np.empty(rows, np.int32), np.empty(rows, np.float32), np.zeros(count + 1, np.int64),
-            np.empty((ranges, 2), np.int64),
-        )  # fmt: skip
-
-    args = (
-        radials,
-        heading,
-        step,
-        RangeBins(sampling.edges, sampling.pair, sampling.interferes),
-        keep_probability,
-        families,
-    )
-    counts = empty_lists(0, 0, 0)
-    list_samples(*args, counts, False)
-    rows = int(counts.pair_offsets[-1, -1]) if len(radials) else 0
-    lists = empty_lists(int(counts.list_offsets[-1]), rows, int(counts.interference_offsets[-1]))
-    list_samples(*args, lists, True)
-    return lists
+    bins, count = RangeBins(sampling.edges, sampling.pair, sampling.interferes), len(radials)
+    no_points, no_rows = (np.empty(0, np.int32), np.empty(0)), np.empty(0, np.float32)
+    lists = SampleLists(
+        np.zeros(count + 1, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64),
+        np.zeros((count, families.horizon_rising.size), bool), no_points[0], no_points[0], no_points[1],
+        np.empty((2, 0), np.float32), np.zeros((count, len(sampling.pair) + 1), np.int64), no_points[0], no_rows,
+        np.zeros(count + 1, np.int64), np.empty((0, 2), np.int64),
+    )  # fmt: skip
+    longest = count_samples(radials, step, bins, keep_probability, lists)
+    points, ranges = int(lists.list_offsets[-1]), int(lists.interference_offsets[-1])
+    rows = int(lists.pair_offsets[-1, -1]) if count else 0
+    filled = lists._replace(
+        sample_number=np.empty(points + 1, np.int32), requested_families=np.empty(points, np.int32),
+        distance=np.empty(points), beam_bearing=np.empty((2, points), np.float32),
+        pair_points=np.empty(rows + 1, np.int32), inverse_probability=np.empty(rows + 1, np.float32),
+        interference_ranges=np.empty((ranges, 2), np.int64),
+    )  # fmt: skip
+    list_samples(radials, heading, step, bins, keep_probability, families, longest, filled)
+    return filled._replace(
+        sample_number=filled.sample_number[:points], pair_points=filled.pair_points[:rows],
+        inverse_probability=filled.inverse_probability[:rows],
+    )  # fmt: skip
 
 
+@lru_cache(maxsize=16)
+def absorption_db(water: Water, frequency: float) -> float:
+    """Absorption of the water [dB/m]."""
+    return float(water.absorption(frequency))
+
+
+@lru_cache(maxsize=32)
 def bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[str, ...]]:
     """Codes of the bounces of each family (f, most), its rows of launches (f, most + 1), and names of the launches."""
     strings = [bounce_sequence(name) for name in families]
