@@ -411,7 +411,7 @@ def _within_beams(
     scene: Scene, target: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None
 ) -> bool:
     """Return True if beams receive a target at all; where it is known how sound travels, above their floor."""
-    if isinstance(rays, StraightRays):
+    if rays is not None:
         return not _below_beam_floor(scene, target, path_settings, ping_geometry, rays)
     by_face = bool(face_images(scene, path_settings, ping_geometry, "target"))
     return by_face or not _outside_beams(scene, target, ping_geometry)
@@ -420,7 +420,7 @@ def _within_beams(
 def _below_beam_floor(
     scene: Scene, target: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
 ) -> bool:
-    """Return True if no two paths reach a target above the floor of the beams, in water of one sound speed.
+    """Return True if no two paths reach a target above the floor of the beams.
 
     A sidescan's beams swim past a target long before and after they receive more of it than their side lobes take in.
     """
