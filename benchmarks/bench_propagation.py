@@ -35,7 +35,9 @@ def _rates(what: str, depth: np.ndarray, ranges: np.ndarray, note: str) -> list[
     solutions, runs, found = no_rays(AT_ONCE), {}, {}
     for water, (z, c) in COLUMNS_OF_WATER.items():
         for family in FAMILIES:
-            layers = SoundSpeedLayers(np.asarray(z, float), np.asarray(c, float))
+            layers = SoundSpeedLayers(np.array(z, float), np.array(c, float))
+            for knots in layers[:2]:  # those of a scene are, and the same machine code serves both
+                knots.setflags(write=False)
             arguments = (layers, 11.0, family_bounces(family), depth, ranges, solutions)
             solve_eigenrays(*arguments)
             name = f"{what}, {water}, {family}"

@@ -183,7 +183,7 @@ def groups() -> list[Result]:
     delay, weight = spikes(count * size)
     delay = np.repeat(delay[:count], size) + np.tile(np.arange(size) * 1e-4, count)
     intensity, first = np.zeros(GRID.sample_count), np.arange(count + 1) * size
-    columns = (table.samples, table.start, table.rate, first, delay, weight)
+    columns = (table.samples, table.start, table.rate, first, delay, weight.astype(complex))
     best = best_seconds({"groups": lambda: add_groups(intensity, 0.0, RATE, *columns, 1.0, 0.0)})["groups"]
     return [Result("add_groups, nine arrivals a group", count * size / best / 1e6, "M arrivals/s")]
 

@@ -136,7 +136,7 @@ def test_the_walk_agrees_with_rays_walked_step_by_step(family):
 def test_a_scene_moved_as_a_whole_keeps_its_shadows():
     """Bed, sonar and points 500 m away and turned by 1 rad: every flag is the same."""
     lattice = ScattererGrid(origin=(500.0, -300.0), heading=1.0)
-    distance, azimuth = np.random.default_rng(1).uniform((5, -3), (150, 3), (2000, 2)).T
+    distance, azimuth = np.random.default_rng(1).uniform((5, -3), (150, 3), (2000, 2)).T.copy()
     flags = []
     for frame, turn in ((ScattererGrid(), 0.0), (lattice, 1.0)):
         ground = build_terrain(

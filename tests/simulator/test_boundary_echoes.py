@@ -387,7 +387,7 @@ def test_specular_points_are_searched_for_once_per_ping_and_path(monkeypatch, tm
 
 def all_nodes(_, shape, ground, __):
     """Every node of the square that is searched."""
-    rows = np.indices(np.array(shape) - 2 * relief_specular_points.MARGIN).reshape(2, -1).T
+    rows = np.indices(np.array(shape) - 2 * relief_specular_points.MARGIN).reshape(2, -1).T.copy()
     return np.array([ground.north, ground.east]) + (rows + relief_specular_points.MARGIN) * ground.step
 
 

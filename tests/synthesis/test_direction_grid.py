@@ -175,7 +175,7 @@ def test_patterns_of_all_beams_come_back_with_their_side_lobes(name):
     fan = direction_grid(build_simulator(scene).ping_geometry(0))
     across = np.random.default_rng(1).uniform(-0.99, 0.99, 300)
     first, step = fan.rows[0][:2]
-    rows = kernel_at((across[:, None] - first) / step - np.arange(fan.row_count)).T.astype(complex)
+    rows = kernel_at((across[:, None] - first) / step - np.arange(fan.row_count)).T.astype(complex, order="C")
     directions = np.stack([np.sqrt(1 - across**2), across, np.zeros(300)], axis=-1)
     for ratio in (0.97, 1.0, 1.03):
         found = np.zeros((len(BEAMS), 300), complex)
@@ -192,6 +192,8 @@ def test_phasors_advance_from_frequency_to_frequency():
     rows = random.normal(size=(9, 150)) + 1j * random.normal(size=(9, 150))
     row_cosine, steer = np.linspace(-0.8, 0.8, 9), np.array([-0.5, 0.0, 0.3])
     position, weight = np.array([0.0, 1.5, 4.0]), np.array([0.2, 0.5, 0.3])
+    for column in (position, weight):  # those of a fan are, and the same machine code serves both
+        column.setflags(write=False)
     found = np.zeros((3, 150), complex)
     form_beams(rows, row_cosine, 0.2, steer, AperturePoints(position, weight, np.array([1.0, 0.5])), ratio, increment,
                found)  # fmt: skip
