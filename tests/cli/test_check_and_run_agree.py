@@ -58,7 +58,7 @@ def test_a_fault_in_a_template_is_reported_alike(tmp_path, capsys, template, old
     assert words == others and str(path) in words
 
 
-SHORT = ("window: [0 ms, 240 ms]", "window: [20 ms, 60 ms]")
+SHORT = ("window: [0 ms, 240 ms]", "window: [20 ms, 24 ms]")
 WATER = ("volume_strength_db: null", "volume_strength_db: -70")
 
 

@@ -39,7 +39,7 @@ SURVEY: dict[str, Any] = {
         "window": [0.0, "13 ms"], "motion": {"roll": {"rms": "2 deg", "period": 4.0}},
         "navigation_errors": {"north": {"noise": 0.5, "correlation_time": 2.0, "drift": 0.1}, "roll": {"noise": 0.01}},
     },
-    "paths": {"max_reflections": 1},
+    "paths": {"max_reflections": 1, "scatterers_per_cell": 1},
 }  # fmt: skip
 ELEMENTS = {"kind": "elements", "positions": [[0, -0.02, 0], [0, 0, 0], [0, 0.02, 0.01]]}
 SEA = {"wind_speed": "5 m/s", "reflection": "explicit"}

@@ -73,7 +73,8 @@ def test_merged_strips_sound_as_strips_do(monkeypatch) -> None:
     """
     scene = nominal(
         seabed={"relief": RELIEF, "seed": 5}, box={"position": (0.0, 82.0)}, line={"length": 0.1},
-        track={"window": (0.1085, 0.1095)}, paths={"max_reflections": 1, "face_reflections": True},
+        track={"window": (0.1085, 0.1095)},
+        paths={"max_reflections": 1, "face_reflections": True, "scatterers_per_cell": 1},
     ).with_("targets.0.face_reflection_coefficient", 0.9)  # fmt: skip
     sound = []
     for step in (0.25, 0.0):

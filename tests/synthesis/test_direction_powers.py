@@ -57,7 +57,7 @@ def test_series_of_tasks_in_any_order_are_those_of_all_beams_at_once(simulator):
 def test_recording_and_labels_have_rows_that_fit_in_memory(beams, max_bytes, on_rows, monkeypatch):
     """514 rows for an aperture of 32 wavelengths: for 64 beams where memory suffices, for 256 beams in any case."""
     monkeypatch.setattr(direction_powers, "MAX_BYTES", max_bytes)
-    simulator = receiver(beams, field="incoherent")
+    simulator = receiver(beams, field="incoherent", paths={"scatterers_per_cell": 1})
     geometry = simulator.ping_geometry(0)
     directions = simulator.incoherent_accumulator(geometry).directions
     assert (directions is not None) == on_rows

@@ -118,7 +118,7 @@ def by_rows_and_by_beams(monkeypatch, scenario):
 def test_many_beams_from_rows_of_directions_are_those_of_each_beam(monkeypatch, moving):
     """65 beams over a bed and a point: 2 % of the largest beam at each time, 0.02 dB in the mean; whatever threads."""
     point = {"shape": "point", "label": "point", "position": (12.0, 3.0, 8.0), "target_strength_db": -5.0}
-    paths = {"max_reflections": 0, "contributions": ("seabed", "target")}
+    paths = {"max_reflections": 0, "contributions": ("seabed", "target"), "scatterers_per_cell": 1}
     track = {"pings": 1, "window": (0.004, 0.024), "stop_and_hop": not moving}
     scenario = sidescan(targets=[point], sonar=MANY_BEAMS, paths=paths, track=track)
     rows, each = by_rows_and_by_beams(monkeypatch, scenario)
@@ -143,7 +143,7 @@ def test_all_pairs_of_many_beams_from_rows_of_directions_are_those_of_each_beam(
     The point on rows is weak: a beam with a null towards it is too high, as its pattern is linear between two rows.
     """
     point = {"shape": "point", "label": "point", "position": (12.0, 3.0, 9.7), "target_strength_db": strength}
-    paths = {"max_reflections": 1, "contributions": ("seabed", "target")} | paths
+    paths = {"max_reflections": 1, "contributions": ("seabed", "target"), "scatterers_per_cell": 1} | paths
     track = {"pings": 1, "window": (0.004, 0.024)}
     scenario = sidescan(targets=[point], sonar=MANY_BEAMS, paths=paths, track=track)
     rows, each = by_rows_and_by_beams(monkeypatch, scenario)
