@@ -89,7 +89,7 @@ def test_both_sides_of_a_patch_are_the_whole():
     rows[:, 0, 0], rows[:, 1, 1] = 0.1, 0.07
     rows[:, 7, :2] = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
     way = np.array([0.5, 0.3, -np.sqrt(1 - 0.34)])
-    way = np.broadcast_to(way, (1, 4, 3))
+    way = np.tile(way, (1, 4, 1))
     one, normal, k = np.full((1, 4), 9.0), np.tile([0, 0, 1.0], (4, 1)), np.full(4, 400.0)
     sides = KirchhoffPatch().echoes(rows, np.full(4, 0.028), normal, way, way, one, one, k)[0]
     rows[:, 7] = 0
