@@ -28,6 +28,7 @@ def test_positions_are_means_over_the_lags_of_the_pulse(phases: int, per_sample:
     bins = rng.random((1, (samples // phases + 9) * per_sample, 5)).astype(np.float32)
     bins[0, 20:300] = 0.0
     pulse = rng.random((phases, lags))
+    pulse.setflags(write=False)  # that of a simulation is, and the same machine code serves both
     energy = np.zeros((1, samples))
     smear_energies(bins[..., 0], pulse, per_sample, energy)
     expected = convolved(bins[0].astype(float), pulse, per_sample, samples)
