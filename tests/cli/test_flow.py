@@ -95,14 +95,15 @@ def test_a_window_in_words_is_a_window_in_seconds(there: Path) -> None:
     np.testing.assert_allclose(np.diff(time), 1 / 25e3)
 
 
-@pytest.mark.parametrize("when", ["201.9 ms", "0.2019 s", "0.2019", "201900 us"])
-def test_an_explanation_understands_any_unit_of_time(there: Path, capsys: Captured, when: str) -> None:
+def test_an_explanation_understands_any_unit_of_time(there: Path, capsys: Captured) -> None:
     """The same sample, whatever the unit; the result is a table of arrivals on stdout."""
-    assert main(["explain", "bay.zarr", "--time", when]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    assert main(["explain", "bay.zarr", "--time", "201.9 ms"]) == 0
-    assert capsys.readouterr().out == out
+    tables = []
+    for when in ("201.9 ms", "0.2019 s", "0.2019", "201900 us"):
+        assert main(["explain", "bay.zarr", "--time", when]) == 0, when
+        out, err = capsys.readouterr()
+        assert err == "", when
+        tables.append(out)
+    assert tables == 4 * [out]
     assert "box" in out and "seabed" in out and "dB" in out
 
 

@@ -143,9 +143,9 @@ def test_an_inclined_bed_is_its_own_plane(tmp_path):
     relief = {"kind": "grid", "file": str(tmp_path / "survey.npz"), "origin": (0.0, 0.0)}
     bed = Seabed(depth=DEPTH, relief=relief).terrain
     points = points_about(np.random.default_rng(4), 200) - [0.0, 0.0, 5.0]  # above the bank
-    anchor = np.broadcast_to([0.0, 0.0, DEPTH], (1, 200, 3))
+    anchor = np.tile([0.0, 0.0, DEPTH], (1, 200, 1))
     normal = np.array([0.03, -0.03, -1.0]) / np.sqrt(1.0018)
-    exact = paths_off_planes(SONAR, points, anchor, np.broadcast_to(normal, (1, 200, 3)))
+    exact = paths_off_planes(SONAR, points, anchor, np.tile(normal, (1, 200, 1)))
     found = local_plane_paths("B", SONAR, points, bed, 0.015)
     assert found.is_valid.all()
     np.testing.assert_allclose(found.length, exact.length, atol=2e-5)
