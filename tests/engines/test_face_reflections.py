@@ -169,7 +169,8 @@ def test_the_corner_of_a_rough_bed_and_a_smooth_face_counts_once():
             box={"position": (0.0, 82.0), "size": (1.0, 0.6, 0.8), "face_reflection_coefficient": 0.9},
             sonar={"pulse": {"frequency": 20e3, "duration": 0.5e-3}},
             seabed={"reflecting_interface": interface, **sediment},
-            paths={"max_reflections": 1, "face_reflections": True, "contributions": contributions},
+            paths={"max_reflections": 1, "face_reflections": True, "contributions": contributions,
+                   "scatterers_per_cell": 1},
         ))  # fmt: skip
         power = 10 ** (found.level_db.sel(pair="all") / 10)
         return {str(name): float(power.sel(contribution=name).mean()) for name in found.contribution.values}
