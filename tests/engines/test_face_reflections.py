@@ -145,8 +145,8 @@ def test_a_wall_shines_as_the_tracer_has_it(apart):
     """
     wall, window = {**WALL, "size": (12.0, 1.0, 19.5), "face_reflection_coefficient": 1.0}, (0.075, 0.1)
     arrays = {} if apart is None else {"receive": {"offset": apart}}
-    engine = curves(scene("eigenrays", targets=[wall], window=window, paths={**FAR, "face_reflections": True},
-                          **arrays))  # fmt: skip
+    few = {"face_reflections": True, "scatterers_per_cell": 2}
+    engine = curves(scene("eigenrays", targets=[wall], window=window, paths=FAR | few, **arrays))
     traced = curves(scene("tracer", targets=[wall], window=window, rays=500_000, paths=FAR, **arrays))
     for pair in ("D-F", "S-F", "F-F", "D-S"):
         other = pair.replace("F-F", "T-T").replace("-F", "-T")
