@@ -23,27 +23,6 @@ def pytest_collection_finish() -> None:
     """Leave the collected tests and all modules out of garbage collection: a pass over them takes 0.2 s."""
     gc.freeze()
     gc.enable()
-    from insonify.jit import when_loaded
-
-    when_loaded(collect_no_garbage_while_compiling)
-
-
-def collect_no_garbage_while_compiling() -> None:
-    """Pause garbage collection while numba compiles, a tenth of whose time it takes; kernels in a kernel count once."""
-    from numba.core import event
-
-    was_enabled: list[bool] = []
-
-    class Pause(event.Listener):
-        def on_start(self, _: event.Event) -> None:
-            was_enabled.append(gc.isenabled())
-            gc.disable()
-
-        def on_end(self, _: event.Event) -> None:
-            if was_enabled.pop():
-                gc.enable()
-
-    event.register("numba:compile", Pause())
 
 
 @pytest.fixture(scope="session", autouse=True)

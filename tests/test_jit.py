@@ -1,5 +1,6 @@
 """Claims about kernels that are compiled on first use: the machine code of plain numba, and stand-ins that agree."""
 
+import gc
 import subprocess
 import sys
 from typing import NamedTuple
@@ -117,3 +118,31 @@ def test_fast_lengths_are_those_of_scipy():
     for least in (*range(1, 3000), 2**17 + 1, 999_983):
         assert fast_length(least) == next_fast_len(least)
         assert fast_length(least, real=True) == next_fast_len(least, real=True)
+
+
+def test_no_garbage_is_collected_while_a_kernel_is_compiled() -> None:
+    """Disabled before the compiler runs, and as it was afterwards: enabled, or disabled by the program."""
+    from numba.core import event
+
+    jit.load_numba()
+    seen: list[bool] = []
+
+    class Probe(event.Listener):
+        def on_start(self, _: event.Event) -> None:
+            seen.append(gc.isenabled())
+
+        def on_end(self, _: event.Event) -> None:
+            pass
+
+    probe, was_enabled = Probe(), gc.isenabled()
+    event.register("numba:compile", probe)
+    try:
+        for set_state in (gc.enable, gc.disable):
+            set_state()
+            before = gc.isenabled()
+            assert jit.njit()(lambda x: x + 1)(2.0) == 3.0
+            assert seen == [False] and gc.isenabled() is before
+            seen.clear()
+    finally:
+        event.unregister("numba:compile", probe)
+        (gc.enable if was_enabled else gc.disable)()
