@@ -30,7 +30,7 @@ def test_occlusion_in_nearly_uniform_water_is_that_of_straight_rays(tmp_path, mo
     100,000 may lie within rounding of an edge; none of 340,000 does. Legs with bottom bounces arrive together too; the
     ground hides straight ones along the planes that they bounce off, bent ones along the mean plane.
     """
-    monkeypatch.setattr(eigenray_engine, "straight_gain_bound", lambda *_: None)
+    monkeypatch.setattr(eigenray_engine, "bearing_gain_bound", lambda *_: None)
     even = quiet_harbour(water={}, folder=tmp_path, field="incoherent", pings=1)
     layered = quiet_harbour(water={"profile": ALMOST_EVEN}, folder=tmp_path, field="incoherent", pings=1)
     straight, bent = build_simulator(even), build_simulator(layered)

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from insonify.engines.radials import MAX_PATCH_WIDTH, straight_gain_bound
+from insonify.engines.radials import MAX_PATCH_WIDTH, bearing_gain_bound
 from insonify.engines.resolution import two_way_gain_bound
 from insonify.engines.terrain_occlusion import StraightLaunchAngles, TerrainOcclusion, locate_points
 from insonify.engines.terrain_profiles import MERGE_GROUP, MERGE_POWER, AzimuthProfiles
+from insonify.scene.scatterers import Scatterers
 from insonify.simulator import build_simulator
 from oracles.ridges import Corduroy, bed_of
 from oracles.scenes import nominal
@@ -43,7 +44,7 @@ def gain(ping_geometry, families, bearing, distance):
 def test_the_gain_in_a_patch_is_at_most_the_bound(beams, families):
     """200 patches of four widths and distances, 10 positions in each: never above the bound; high on the axes."""
     ping_geometry, rng, closest = geometry_of(**BEAMS[beams]), np.random.default_rng(1), []
-    gain_bound = straight_gain_bound(ping_geometry, 20.0, families)
+    gain_bound = bearing_gain_bound(ping_geometry, 20.0, families)
     for width in (0.005, 0.03, 0.1, 0.3):
         middle = np.append(ping_geometry.first_beam_bearing, rng.uniform(-np.pi, np.pi, 49))
         near = float(rng.uniform(12, 60))
@@ -83,7 +84,7 @@ def test_straight_rays_have_the_bound_of_any_rays(beams, sufficient):
 def test_bounds_grow_with_families_and_width():
     """Further families and width can only raise the bound."""
     ping_geometry, bearing = geometry_of(), np.linspace(-3, 3, 40)
-    one, two = (straight_gain_bound(ping_geometry, 20.0, families) for families in (("D",), ("D", "S", "BS")))
+    one, two = (bearing_gain_bound(ping_geometry, 20.0, families) for families in (("D",), ("D", "S", "BS")))
     for width in (0.01, 0.1):
         assert np.all(two(bearing, width, (20.0, 40.0)) >= one(bearing, width, (20.0, 40.0)))
         # bearings that both look at are the same five only where one width is four times the other
@@ -93,11 +94,11 @@ def test_bounds_grow_with_families_and_width():
 def test_wide_patches_two_platforms_and_no_families_have_no_bound():
     """Infinite where a patch, or its parallax between the ends, is too wide; no bound without families."""
     ping_geometry = geometry_of(**BEAMS["apart"])
-    gain_bound = straight_gain_bound(ping_geometry, 20.0, ("D",))
+    gain_bound = bearing_gain_bound(ping_geometry, 20.0, ("D",))
     assert np.all(np.isinf(gain_bound(np.zeros(3), MAX_PATCH_WIDTH * 1.01, (20.0, 40.0))))
     assert np.all(np.isinf(gain_bound(np.zeros(3), 0.01, (0.0, 40.0))))
     assert np.all(np.isfinite(gain_bound(np.zeros(3), 0.01, (20.0, 40.0))))
-    assert straight_gain_bound(ping_geometry, 20.0, ()) is None
+    assert bearing_gain_bound(ping_geometry, 20.0, ()) is None
 
 
 def cut_of(received, *, finest=4e-3, bed=None):
@@ -109,7 +110,7 @@ def cut_of(received, *, finest=4e-3, bed=None):
 
 def test_slices_are_merged_where_their_eight_have_low_gain_and_nowhere_else():
     """Merged slices by zone: those with a gain below a tenth of the largest at that distance; none without a bound."""
-    gain_bound = straight_gain_bound(geometry_of(), 20.0, ("D",))
+    gain_bound = bearing_gain_bound(geometry_of(), 20.0, ("D",))
     cut, inner = cut_of(gain_bound), 0.0
     for start, count, outer in zip(cut.starts, cut.counts, cut.edges, strict=False):
         first, width = np.arange(0, count, MERGE_GROUP), 2 * np.pi / count
@@ -148,3 +149,35 @@ def test_ground_that_does_not_change_with_bearing_loses_nothing_by_merged_slices
     assert 0.2 < lit[0].mean() < 0.98
     assert np.mean(lit[0] != lit[1]) < 0.04
     assert lit[1].mean() == pytest.approx(lit[0].mean(), abs=0.01)
+
+
+@pytest.mark.parametrize("profile", [[[0, 1505], [8, 1500], [20, 1490]], [[0, 1490], [20, 1500]]])
+def test_the_gain_of_refracted_rays_in_a_patch_is_at_most_the_bound(profile):
+    """120 patches of the seabed, 20 eigenrays of each of three families in each: 1 % above the bound at most."""
+    scenario = nominal(water={"profile": profile, "smoothing": 1.0}, paths={"max_reflections": 2})
+    simulator, rng, closest = build_simulator(scenario), np.random.default_rng(4), []
+    ping_geometry, rays = simulator.ping_geometry(0), simulator.engine.rays
+    families, depth = ("D", "S", "BS"), float(simulator.engine.scene.seabed.depth)
+    gain_bound = bearing_gain_bound(ping_geometry, depth, families, rays)
+    position, law = ping_geometry.transmit_position, simulator.engine.scene.seabed.law(100e3, 1500.0)
+    for width in (0.005, 0.05, 0.2):
+        middle = np.append(ping_geometry.first_beam_bearing, rng.uniform(-np.pi, np.pi, 39))
+        near = float(rng.uniform(12, 60))
+        bound = gain_bound(middle, width, (near, near * 2))
+        turn, away = rng.random((2, 40, 20))
+        bearing, reach = (middle[:, None] + width * (turn - 0.5)).ravel(), (near + away * near).ravel()
+        points = np.column_stack([position[0] + reach * np.cos(bearing), position[1] + reach * np.sin(bearing),
+                                  np.full(800, depth)])  # fmt: skip
+        up = np.tile([0.0, 0.0, -1.0], (800, 1))
+        seabed = Scatterers("seabed", "seabed", law, points, up, np.ones(800), np.ones(800, complex),
+                            np.zeros(800, np.uint64))  # fmt: skip
+        legs = rays.legs(position, seabed, families, ping_geometry.frequency)
+        exists, directions = legs.spreading > 0, legs.departure.reshape(-1, 3)
+        gains = [
+            np.max(np.abs(beams.gain(directions)[0]).reshape(exists.shape) * exists, axis=0)
+            for beams in (ping_geometry.transmit_beams, ping_geometry.bounding_receive_beams)
+        ]
+        found = (gains[0] * gains[1]).reshape(40, 20).max(axis=1)
+        assert np.all(found <= bound * 1.01 + 1e-9)
+        closest.append((found / np.maximum(bound, 1e-3)).max())
+    assert max(closest) > 0.3

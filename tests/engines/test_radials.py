@@ -10,9 +10,9 @@ from insonify.engines.radials import (
     LOW_GAIN,
     SIDE_LOBE,
     ViewedBoundary,
+    bearing_gain_bound,
     radial_gain_bound,
     radials_in_view,
-    straight_gain_bound,
 )
 from insonify.engines.resolution import Resolution, two_way_gain_bound
 from insonify.propagation.families import image_depth
@@ -258,7 +258,7 @@ def test_the_gain_in_a_patch_is_at_most_its_bound(simulator, zone, family, climb
     Nor is the bound far off: its strongest patch is at most 1.5 times as strong as the position of largest gain.
     """
     here, rng = simulator.ping_geometry(0), np.random.default_rng(9)
-    gain_bound = straight_gain_bound(here, DEPTH, (family,))
+    gain_bound = bearing_gain_bound(here, DEPTH, (family,))
     middle = np.pi / 2 + 0.02 * (np.arange(64) - 31.5)
     expected = gain_bound(middle, 0.02, zone)
     patch = rng.integers(0, 64, 4000)
@@ -277,7 +277,7 @@ def test_pings_of_one_depth_share_the_bound_and_others_do_not(simulator):
         replace(here, transmit_position=position, receive_position=position)
         for position in here.transmit_position + np.array([[3.0, 1.0, 0.0], [0.0, 0.0, 0.5]])
     )
-    first, second, third = (straight_gain_bound(one, DEPTH, ("D",)) for one in (here, ahead, down))
+    first, second, third = (bearing_gain_bound(one, DEPTH, ("D",)) for one in (here, ahead, down))
     assert second is first and third is not first
     bearing = np.linspace(1.4, 1.7, 40)
     bounds = [bound(bearing, 0.01, (10.0, 20.0)) for bound in (first, third)]
@@ -292,8 +292,8 @@ def test_bistatic_parallax_widens_patches_and_wide_patches_have_no_bound(simulat
     here = simulator.ping_geometry(0)
     apart = replace(here, receive_position=here.receive_position + np.array([2.0, 0.0, 0.0]))
     middle = np.pi / 2 + 0.05 * np.arange(-8, 9)
-    alone, both = (straight_gain_bound(one, DEPTH, ("D",)) for one in (here, apart))
+    alone, both = (bearing_gain_bound(one, DEPTH, ("D",)) for one in (here, apart))
     assert np.all(both(middle, 0.02, (20.0, 40.0)) >= alone(middle, 0.02, (20.0, 40.0)))
     assert np.all(np.isinf(both(middle, 0.02, (0.0, 20.0)))) and np.all(np.isinf(alone(middle, 0.6, (20.0, 40.0))))
     assert np.all(np.isfinite(alone(middle, 0.02, (0.0, 20.0))))
-    assert straight_gain_bound(replace(here, receive_track_extent=here.track_extent), DEPTH, ("D",)) is None
+    assert bearing_gain_bound(replace(here, receive_track_extent=here.track_extent), DEPTH, ("D",)) is None

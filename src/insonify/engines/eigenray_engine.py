@@ -37,7 +37,7 @@ from insonify.engines.pair_cross_sections import cross_sections
 from insonify.engines.pair_importance import PairSelection, keep_probabilities_at, pair_energy_fractions, select_pairs
 from insonify.engines.ping_scatterers import Block, ping_scatterers, slice_footprint
 from insonify.engines.polar_grid import MAX_CELL_WIDTH
-from insonify.engines.radials import straight_gain_bound
+from insonify.engines.radials import bearing_gain_bound
 from insonify.engines.relief_reflections import reflect_off_relief, relief_roughness_factor
 from insonify.engines.relief_specular_points import with_specular_points
 from insonify.engines.terrain_occlusion import TerrainOcclusion
@@ -47,6 +47,7 @@ from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.knife_edge import diffract_at_edges
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
+from insonify.propagation.refracted_rays import RefractedRays
 from insonify.propagation.surface_reflection import SonarEnd, apply_surface_reflection, repeated_glint_weight
 from insonify.recent_results import Identity
 from insonify.records.legs import Legs, have_same_geometry, joined_legs, legs_to_points
@@ -531,10 +532,11 @@ class EigenrayEngine:
             farthest = self.scene.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2 + separation
             width = min(two_way_width(ping_geometry.transmit_beams, ping_geometry.receive_beams), MAX_CELL_WIDTH)
             gain_bound = None
-            if isinstance(self.rays, StraightRays) and self.path_settings.importance_sampling:
-                gain_bound = straight_gain_bound(
-                    ping_geometry, terrain.depth, families_reaching("seabed", self.path_settings.followed_families)
-                )
+            if self.path_settings.importance_sampling:
+                gain_bound = bearing_gain_bound(
+                    ping_geometry, terrain.depth, families_reaching("seabed", self.path_settings.followed_families),
+                    self.rays if isinstance(self.rays, RefractedRays) else None,
+                )  # fmt: skip
             return TerrainOcclusion(
                 terrain, position, launches, farthest=farthest, wavelength=wavelength, min_profile_width=width / 3,
                 gain_bound=gain_bound,

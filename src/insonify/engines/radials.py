@@ -22,6 +22,7 @@ from insonify.engines.resolution import Resolution
 from insonify.engines.terrain_profiles import GainBound
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.propagation_model import ReachableRange
+from insonify.propagation.refracted_rays import RefractedRays
 from insonify.recent_results import Identity, RecentResults
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
@@ -173,8 +174,10 @@ def _image_verticals(families: tuple[str, ...], source: float, depth: float) -> 
     return vertical_distances, np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
 
 
-def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tuple[str, ...]) -> GainBound | None:
-    """Bound of the two-way gain by straight rays over intervals of bearing at one ping; None if bistatic.
+def bearing_gain_bound(
+    ping_geometry: PingGeometry, depth: float, families: tuple[str, ...], rays: RefractedRays | None = None
+) -> GainBound | None:
+    """Bound of the two-way gain over intervals of bearing at one ping; None if bistatic.
 
     Pings with the same beams and depths have the same function.
 
@@ -182,23 +185,25 @@ def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tup
         ping_geometry: The sonar.
         depth: Depth of the seabed [m].
         families: Families that reach it.
+        rays: Rays of layered water; None: rays are straight.
     """
     if ping_geometry.receive_track_extent is not None or not families:
         return None
     positions = ping_geometry.transmit_position, ping_geometry.receive_position
     ends = tuple(sorted({float(position[2]) for position in positions}))
     end_distance = float(np.linalg.norm(positions[0] - positions[1]))
-    objects = map(Identity, (ping_geometry.transmit_beams, ping_geometry.receive_beams, ping_geometry.elements))
+    objects = map(Identity, (ping_geometry.transmit_beams, ping_geometry.receive_beams, ping_geometry.elements, rays))
     key = (*objects, ends, end_distance, depth, families)
-    return _GAIN_BOUNDS.get(key, lambda: _straight_gain_bound(ping_geometry, depth, families, ends, end_distance))
+    return _GAIN_BOUNDS.get(key, lambda: _bearing_gain_bound(ping_geometry, depth, families, ends, end_distance, rays))
 
 
 _GAIN_BOUNDS: RecentResults[GainBound] = RecentResults(8)
 
 
-def _straight_gain_bound(
-    ping_geometry: PingGeometry, depth: float, families: tuple[str, ...], ends: tuple[float, ...], end_distance: float
-) -> GainBound:
+def _bearing_gain_bound(
+    ping_geometry: PingGeometry, depth: float, families: tuple[str, ...], ends: tuple[float, ...], end_distance: float,
+    rays: RefractedRays | None,
+) -> GainBound:  # fmt: skip
     """Bound of the two-way gain, without the cache, for ends at some depths and a distance from each other [m]."""
     vertical_distances, is_odd = (
         np.concatenate(part) for part in zip(*(_image_verticals(families, end, depth) for end in ends), strict=True)
@@ -208,9 +213,11 @@ def _straight_gain_bound(
         parallax = 2 * float(np.arctan2(end_distance, zone[0])) if end_distance > 0 else 0.0  # of the other end
         if width + parallax > MAX_PATCH_WIDTH:
             return np.full(len(bearing), np.inf)
-        return radial_gain_bound(
-            ping_geometry, np.asarray(bearing, float), width + parallax, zone, vertical_distances, is_odd
-        )
+        verticals, odd = vertical_distances, is_odd
+        if rays is not None:
+            climbs = np.concatenate([rays.zone_climbs(families, end, depth, zone) for end in ends])
+            verticals, odd = climbs.ravel(), np.repeat(is_odd, climbs.shape[1])
+        return radial_gain_bound(ping_geometry, np.asarray(bearing, float), width + parallax, zone, verticals, odd)
 
     return gain_bound
 

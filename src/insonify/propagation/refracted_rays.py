@@ -136,6 +136,29 @@ class RefractedRays:
         sweeps = [self._sweep(family, float(position[2]), boundary) for boundary in levels]
         return departure_cones(sweeps, centre - position[:2], radius)
 
+    def zone_climbs(
+        self, families: tuple[str, ...], source_depth: float, boundary_depth: float, zone: tuple[float, float]
+    ) -> Floats:
+        """Distance times tangent of the launch angle, positive towards the first boundary, at the ends of a zone.
+
+        Args:
+            families: Names of the families.
+            source_depth: Depth of the sonar [m].
+            boundary_depth: Depth of the boundary [m].
+            zone: Nearest and farthest distance on it [m].
+
+        Returns:
+            The greatest angle at the nearest and the least at the farthest distance [m], 0 for no ray, (f, 2).
+        """
+        middle, radius = np.array([(zone[0] + zone[1]) / 2]), np.array([(zone[1] - zone[0]) / 2])
+        climbs = np.zeros((len(families), 2))
+        for row, family in enumerate(families):
+            low, high = self._sweep(family, source_depth, boundary_depth).launch_angle_bounds(middle, radius)
+            if low[0] <= high[0]:
+                angles = np.array([-low[0], -high[0]] if family.startswith("S") else [high[0], low[0]])
+                climbs[row] = np.tan(np.clip(angles, -STEEPEST, STEEPEST)) * np.maximum(zone, NEAREST)
+        return climbs
+
     def launch_angles(self, source_depth: float) -> RefractedLaunchAngles:
         """Launch angles of refracted rays, cached for pings from the same sonar depth."""
         table = self.launch_angle_tables.get(source_depth)
@@ -217,6 +240,8 @@ class RefractedRays:
         return product
 
 
+STEEPEST, NEAREST = float(np.radians(89.5)), 0.1
+"""Largest angle [rad] and least distance [m] from which `RefractedRays.zone_climbs` is evaluated."""
 MOST_LAUNCHED = 8
 """Number of sonar depths whose launch angles are cached."""
 MOST_SWEEPS = 256
