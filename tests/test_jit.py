@@ -120,6 +120,30 @@ def test_fast_lengths_are_those_of_scipy():
         assert fast_length(least, real=True) == next_fast_len(least, real=True)
 
 
+@pytest.mark.parametrize("order", ["fast first", "plain first"])
+def test_plain_arithmetic_is_not_reordered_after_kernels_that_may(order: str) -> None:
+    """Complex products, each real operation rounded by itself, whichever kernel is compiled first in a process."""
+    script = f"""
+import numpy as np
+from insonify import jit
+rng = np.random.default_rng(1)
+a, b = (rng.normal(size=200) + 1j * rng.normal(size=200) for _ in range(2))
+def products(a, b, result):
+    for n in range(a.size):
+        result[n] = a[n] * b[n]
+kernels = [jit.njit(error_model="numpy", fastmath=flags)(products) for flags in ({{"contract"}}, False)]
+results = [np.empty(200, complex), np.empty(200, complex)]
+for k in ((0, 1) if {order == "fast first"} else (1, 0)):
+    kernels[k](a, b, results[k])
+pairs = zip(a.tolist(), b.tolist())
+expected = [complex(x.real * y.real - x.imag * y.imag, x.real * y.imag + x.imag * y.real) for x, y in pairs]
+np.testing.assert_array_equal(results[1], expected)
+np.testing.assert_allclose(results[0], expected, rtol=1e-14)
+"""
+    done = subprocess.run([sys.executable, "-c", script], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def test_no_garbage_is_collected_while_a_kernel_is_compiled() -> None:
     """Disabled before the compiler runs, and as it was afterwards: enabled, or disabled by the program."""
     from numba.core import event

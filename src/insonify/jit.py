@@ -180,4 +180,27 @@ def deferred(name: str) -> Any:
     return _Deferred(name)
 
 
+def _keep_helpers_apart() -> None:
+    """Keep functions that numba compiles for kernels with reordered arithmetic (`fastmath`) out of other kernels.
+
+    Numba compiles complex multiplication and the like once in a process, with the options of the first kernel that
+    needs it. The machine code of a kernel, and the last bits of its results, would depend on which were compiled before
+    it in the same process.
+    """
+    from numba.core.cpu import CPUContext
+    from numba.core.registry import cpu_target
+
+    cpu_target.target_context.cached_internal_func.clear()  # of kernels of other packages
+    derive, helpers = CPUContext.subtarget, dict[str, dict[Any, Any]]()
+
+    def subtarget(context: Any, **options: Any) -> Any:
+        derived = derive(context, **options)
+        if options.get("fastmath"):
+            derived.cached_internal_func = helpers.setdefault(repr(sorted(options["fastmath"].flags)), {})
+        return derived
+
+    CPUContext.subtarget = subtarget
+
+
 when_loaded(_collect_no_garbage_while_compiling)
+when_loaded(_keep_helpers_apart)

@@ -141,11 +141,11 @@ def _timestamps_digest(package: Path) -> str:
 def _source_digests(package: Path) -> Iterator[tuple[str, str]]:
     """Each file of kernels, with a digest of all that its machine code holds.
 
-    That is every file of kernels that it draws on, itself included, and the plain files that these import from: machine
-    code holds their constants as numbers.
+    That is every file of kernels that it draws on, itself included, the plain files that these import from, since
+    machine code holds their constants as numbers, and the file that sets how all are compiled.
     """
     text = {path: path.read_text(encoding="utf-8") for path in sorted(package.rglob("*.py"))}
-    text.pop(package / "jit.py", None)  # decides when kernels are compiled, not into what
+    settings = text.pop(package / "jit.py", "")
     kernels = {path for path, source in text.items() if _NUMBA_PATTERN.search(source)}
 
     @cache
@@ -168,7 +168,7 @@ def _source_digests(package: Path) -> Iterator[tuple[str, str]]:
         while frontier:
             frontier = {other for near in frontier for other in neighbours(near) & kernels} - reached
             reached |= frontier
-        digest = hashlib.blake2b(digest_size=12)
+        digest = hashlib.blake2b(settings.encode(), digest_size=12)
         for near in sorted(reached.union(*(neighbours(near) for near in reached))):
             digest.update(text[near].encode())
         yield str(path.relative_to(package)), digest.hexdigest()

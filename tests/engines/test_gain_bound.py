@@ -154,7 +154,11 @@ def test_ground_that_does_not_change_with_bearing_loses_nothing_by_merged_slices
 @pytest.mark.parametrize("profile", [[[0, 1505], [8, 1500], [20, 1490]], [[0, 1490], [20, 1500]]])
 def test_the_gain_of_refracted_rays_in_a_patch_is_at_most_the_bound(profile):
     """120 patches of the seabed, 20 eigenrays of each of three families in each: 1 % above the bound at most."""
-    scenario = nominal(water={"profile": profile, "smoothing": 1.0}, paths={"max_reflections": 2})
+    panel = {"kind": "planar", "width": 0.3, "height": 0.06}
+    scenario = nominal(
+        water={"profile": profile, "smoothing": 1.0}, paths={"max_reflections": 2},
+        sonar={"transmit": panel, "receive": panel, "mounting": {"tilt": 0.3}},
+    )  # fmt: skip
     simulator, rng, closest = build_simulator(scenario), np.random.default_rng(4), []
     ping_geometry, rays = simulator.ping_geometry(0), simulator.engine.rays
     families, depth = ("D", "S", "BS"), float(simulator.engine.scene.seabed.depth)
