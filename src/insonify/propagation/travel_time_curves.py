@@ -6,11 +6,12 @@ layered water there is no formula; so the rays to a row of distances are solved 
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import DELAY, MAX_RAYS, SIN_LAUNCH
+from insonify.propagation._eigenray_kernel import DELAY, SIN_LAUNCH
 from insonify.propagation.eigenray_record import exact_solutions
 from insonify.propagation.propagation_model import DepartureCones
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
@@ -32,10 +33,18 @@ class TravelTimeCurve:
     """Least delay of the family's rays [s], (m,)."""
     greatest_delay: Floats
     """Greatest delay [s], (m,)."""
-    least_launch_angle: list[Floats]
-    """Least launch angle [rad, + down] of the columns from each one on: of 1, 2, 4, ... columns."""
-    greatest_launch_angle: list[Floats]
-    """Greatest launch angle [rad, + down] of the columns from each one on: of 1, 2, 4, ... columns."""
+    least_launch_angle: Floats
+    """Least launch angle [rad, + down], (m,)."""
+    greatest_launch_angle: Floats
+    """Greatest launch angle [rad, + down], (m,)."""
+
+    @cached_property
+    def running_launch_angles(self) -> tuple[list[Floats], list[Floats]]:
+        """Least and greatest launch angles [rad, + down] of 1, 2, 4, ... columns from each one on."""
+        return (
+            _running_extremes(self.least_launch_angle, np.minimum),
+            _running_extremes(self.greatest_launch_angle, np.maximum),
+        )
 
     def launch_angle_bounds(self, horizontal_distance: Floats, radius: Floats) -> tuple[Floats, Floats]:
         """Least and greatest launch angle to intervals of the boundary [rad]; infinite, in reversed order, for none.
@@ -50,11 +59,12 @@ class TravelTimeCurve:
         stop = np.clip(np.ceil((horizontal_distance + radius) / self.range_step) + 1, 0, last).astype(int)
         power = np.floor(np.log2(stop - first + 1)).astype(int)
         low, high = np.full(len(horizontal_distance), np.inf), np.full(len(horizontal_distance), -np.inf)
+        least, greatest = self.running_launch_angles
         for k in np.unique(power):
             rows = power == k
             left, right = first[rows], stop[rows] - 2**k + 1
-            low[rows] = np.minimum(self.least_launch_angle[k][left], self.least_launch_angle[k][right])
-            high[rows] = np.maximum(self.greatest_launch_angle[k][left], self.greatest_launch_angle[k][right])
+            low[rows] = np.minimum(least[k][left], least[k][right])
+            high[rows] = np.maximum(greatest[k][left], greatest[k][right])
         return low, high
 
 
@@ -98,14 +108,15 @@ def travel_time_curve(
     step = max(max_range / MOST_STEPS, STEP)
     ranges = np.asarray(step * np.arange(steps), np.float64)
     rays, count, _ = exact_solutions(water, family, depth, np.full(steps, boundary_depth), ranges)
-    exists = np.arange(MAX_RAYS) < count[:, None]
+    rays = rays[:, : max(1, int(count.max()))]
+    exists = np.arange(rays.shape[1]) < count[:, None]
     angle = np.arcsin(np.clip(rays[:, :, SIN_LAUNCH], -1, 1))
     return TravelTimeCurve(
         step,
         np.where(exists, rays[:, :, DELAY], np.inf).min(axis=1),
         np.where(exists, rays[:, :, DELAY], -np.inf).max(axis=1),
-        _running_extremes(np.where(exists, angle, np.inf).min(axis=1), np.minimum),
-        _running_extremes(np.where(exists, angle, -np.inf).max(axis=1), np.maximum),
+        np.where(exists, angle, np.inf).min(axis=1),
+        np.where(exists, angle, -np.inf).max(axis=1),
     )
 
 
