@@ -6,7 +6,7 @@
 * PRESSURE: pressure re that along the straight ray, both with spreading and absorption [1].
 * GRAZING: sine of the grazing angle at the mean seabed, less that of the straight ray [1].
 * BOUNCE, PERIOD: distance of the first bounce, and of each further one from that before, re that of the point [1].
-* EXISTS: 1 where there is a ray, else 0.
+* EXISTS: 1 for a family with rays, 0 for one without any.
 """
 
 DELAY, ARRIVAL, DEPARTURE, PRESSURE, GRAZING, BOUNCE, PERIOD, EXISTS = range(8)

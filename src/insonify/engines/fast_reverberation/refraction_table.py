@@ -1,7 +1,8 @@
 """Refraction tables: differences between refracted rays and straight ones, for the fast reverberation in layered water.
 
-A family qualifies where at most one of its rays reaches any point of the seabed, without caustics, and, if it bounces,
-without turning points. Other water is left to the eigenray engine.
+A family qualifies where one of its rays reaches every point of the seabed, without caustics, and, if it bounces,
+without turning points; or where none reaches any. Other water is left to the eigenray engine, also that with a shadow
+zone: its edge lies between nodes, at another distance for each depth.
 """
 
 from typing import Any, NamedTuple
@@ -139,7 +140,7 @@ class FamilyColumns(NamedTuple):
 def _family_columns(end: RaysFromDepth, family: str, depth: Floats, distance: Floats) -> FamilyColumns | None:
     """Rays of one family to points at some depths and distances [m], (n,); None where the family does not qualify."""
     ray = end.rays.tables.rays(family, "seabed", end.source_depth, depth, distance).single_rays()
-    if ray is None or (bounce_sequence(family) and ray.turns.any()):
+    if ray is None or (bounce_sequence(family) and ray.turns.any()) or ray.exists.any() != ray.exists.all():
         return None
     bed_depth = end.rays.layers.bottom_reflection_depth
     vertical = depth - image_depth(family, end.source_depth, bed_depth)
