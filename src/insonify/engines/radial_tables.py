@@ -71,14 +71,17 @@ class RadialSet(NamedTuple):
 
 
 class IsovelocityChannel(NamedTuple):
-    """Water of one sound speed between a flat surface and the mean seabed."""
+    """Water of one sound speed between a flat surface and the mean seabed.
+
+    In layered water its straight rays are those with which a `RefractionTable` compares refracted ones.
+    """
 
     sonar_depth: float
     """Depth of the sonar [m]."""
     water_depth: float
     """Depth of the mean seabed [m]."""
     sound_speed: float
-    """Sound speed [m/s]."""
+    """Sound speed of straight rays, in layered water that at the sonar [m/s]."""
     wavelength: float
     """Acoustic wavelength [m]."""
     terrain_span: tuple[float, float]

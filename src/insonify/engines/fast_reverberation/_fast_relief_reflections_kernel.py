@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.fast_reverberation._radial_legs_kernel import exp2_nonpositive
+from insonify.engines.fast_reverberation._radial_legs_kernel import exp2_nonpositive, root_direction_factor
 from insonify.engines.radial_tables import FamilyTable, RadialLegs
 from insonify.jit import njit
 from insonify.propagation.image_path_kernel import ImagePaths
@@ -188,7 +188,6 @@ def write_image_paths(
     """
     direction_factor, absorption = table.direction_factor, np.float32(table.absorption_octaves)
     delay, amplitude, departure, arrival = legs.delay[f], legs.amplitude[f], legs.departure[f], legs.arrival[f]
-    last: Any = direction_factor.size - 1
     sign = 1.0
     for q in range(table.bounce_codes.shape[1]):
         sign = -sign if table.bounce_codes[f, q] > 0 else sign
@@ -201,12 +200,8 @@ def write_image_paths(
         rows = samples.row[begin : begin + count]
         for q in range(np.uint64(count)):
             n, factor = rows[q], 1.0
-            if last > 0:
-                index = workspace[_ROOT + q] * last
-                cell = min(int(index), last - 1)
-                factor = math.sqrt(
-                    direction_factor[cell] + (index - cell) * (direction_factor[cell + 1] - direction_factor[cell])
-                )
+            if direction_factor.size > 0:
+                factor = root_direction_factor(direction_factor, workspace[_ROOT + q])
             for i in range(np.uint64(3)):
                 arrival[i, n], departure[i, n] = workspace[i * _ROW + q], workspace[_DEPARTURE + i * _ROW + q]
             delay[n] = workspace[_LENGTH + q] * slowness
@@ -273,9 +268,4 @@ def _root_direction_factor(arrival: Singles, normal: Singles, n: int, factor: Si
     facing = arrival[0, n] * normal[0, n] + arrival[1, n] * normal[1, n] + arrival[2, n] * normal[2, n]
     if facing >= 0:
         return 0.0
-    if factor.size == 0:
-        return 1.0
-    last = factor.size - 1
-    index = math.sqrt(min(max(1 + facing, 0.0), 1.0)) * last
-    cell = min(int(index), last - 1)
-    return math.sqrt(factor[cell] + (index - cell) * (factor[cell + 1] - factor[cell]))
+    return root_direction_factor(factor, math.sqrt(min(max(1 + facing, 0.0), 1.0))) if factor.size > 0 else 1.0

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.fast_reverberation._radial_legs_kernel import root_direction_factor
 from insonify.jit import njit
 
 Floats = NDArray[np.float64]
@@ -106,7 +107,6 @@ def unoccluded_amplitudes(
             angle, (k,); empty: none.
         unoccluded: Result [1], (m,).
     """
-    last = direction_factor.size - 1
     for k in range(points.size):
         n = points[k]
         facing = -(arrival[0, n] * normal[0, n] + arrival[1, n] * normal[1, n] + arrival[2, n] * normal[2, n])
@@ -114,10 +114,6 @@ def unoccluded_amplitudes(
         if facing > 0 and range_depth[1, n] > 0:
             slant_range = math.hypot(range_depth[0, n], range_depth[1, n] - depth)
             pressure = 2.0 ** (-absorption * slant_range) / slant_range
-            if last > 0:
-                index = math.sqrt(max(1.0 - facing, 0.0)) * last
-                row = min(int(index), last - 1)
-                pressure *= math.sqrt(
-                    direction_factor[row] + (index - row) * (direction_factor[row + 1] - direction_factor[row])
-                )
+            if direction_factor.size > 0:
+                pressure *= root_direction_factor(direction_factor, math.sqrt(max(1.0 - facing, 0.0)))
             unoccluded[k] = pressure

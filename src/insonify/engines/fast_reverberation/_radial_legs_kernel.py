@@ -173,6 +173,20 @@ def straight_legs(
         reached_families[i] &= np.int32(-1) if exists else ~mask
 
 
+@njit(inline="always")
+def root_direction_factor(factor: Singles, root_slant: Any) -> float:
+    """Root of the direction factor of a separable scattering law [1].
+
+    Args:
+        factor: See `FamilyTable`, not empty.
+        root_slant: Root of one less the sine of the facet's grazing angle, 0 to 1 [1].
+    """
+    last = factor.size - 1
+    index = root_slant * last
+    cell = min(int(index), last - 1)
+    return math.sqrt(factor[cell] + (index - cell) * (factor[cell + 1] - factor[cell]))
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def apply_direction_factor(factor: Singles, root_slant: Singles, pressure: Singles) -> None:
     """Multiply pressures by the root of the direction's factor of a separable scattering law.

@@ -27,8 +27,6 @@ Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
-EXISTING = np.float32(0.999)
-"""Interpolated `refraction_columns.EXISTS` from which all nodes about a point have a ray."""
 
 
 class BouncingRay(NamedTuple):
@@ -100,9 +98,8 @@ def refracted_legs(
         arrival_d[i] = min(max(vertical + columns[row + np.uint64(column.ARRIVAL)], -one), one)
         departure_d[i] = sign * min(max(vertical + columns[row + np.uint64(column.DEPARTURE)], -one), one)
         bounce_sine[i] = vertical + columns[row + np.uint64(column.GRAZING)]
-        pressure[i] = columns[row + np.uint64(column.PRESSURE)] if columns[
-            row + np.uint64(column.EXISTS)] > EXISTING else np.float32(0)  # fmt: skip
-        pressure[i] *= inverse * exp2_nonpositive(-absorption * np.float32(length))
+        straight_pressure = inverse * exp2_nonpositive(-absorption * np.float32(length))
+        pressure[i] = columns[row + np.uint64(column.PRESSURE)] * straight_pressure
     for i in range(distance.size):
         arrival, departure = (
             math.sqrt(one - arrival_d[i] * arrival_d[i]),

@@ -6,8 +6,9 @@
 * PRESSURE: pressure re that along the straight ray, both with spreading and absorption [1].
 * GRAZING: sine of the grazing angle at the mean seabed, less that of the straight ray [1].
 * BOUNCE, PERIOD: distance of the first bounce, and of each further one from that before, re that of the point [1].
-* EXISTS: 1 for a family with rays, 0 for one without any.
+
+All are 0 for a family without rays. The last column is not used: eight make one vector.
 """
 
-DELAY, ARRIVAL, DEPARTURE, PRESSURE, GRAZING, BOUNCE, PERIOD, EXISTS = range(8)
+DELAY, ARRIVAL, DEPARTURE, PRESSURE, GRAZING, BOUNCE, PERIOD = range(7)
 COUNT = 8

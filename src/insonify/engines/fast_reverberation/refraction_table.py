@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from insonify.engines.fast_reverberation import refraction_columns as column
 from insonify.engines.fast_reverberation._line_of_sight_kernel import OCCLUDING_MARGIN
-from insonify.engines.fast_reverberation._refraction_kernel import EXISTING, interpolate_refraction
+from insonify.engines.fast_reverberation._refraction_kernel import interpolate_refraction
 from insonify.engines.radial_tables import RefractionTable
 from insonify.engines.terrain_occlusion import fresnel_half_length, launch_slope
 from insonify.propagation.families import DIRECT, bounce_sequence, image_depth
@@ -119,13 +119,8 @@ def _speed_at(end: RaysFromDepth, depth: float) -> float:
 
 def _is_one_sheet(nodes: NDArray[np.float32]) -> bool:
     """Return True if launch angles change little from each node to the next: rays of one sheet are interpolated."""
-    launch, exists = nodes[..., column.DEPARTURE], nodes[..., column.EXISTS] > 0
-    for axis in (1, 2):
-        first, second = np.arange(nodes.shape[axis] - 1), np.arange(1, nodes.shape[axis])
-        both = exists.take(first, axis) & exists.take(second, axis)
-        if (np.abs(np.diff(launch, axis=axis))[both] > MAX_LAUNCH_STEP).any():
-            return False
-    return True
+    launch = nodes[..., column.DEPARTURE]
+    return all(bool((np.abs(np.diff(launch, axis=axis)) <= MAX_LAUNCH_STEP).all()) for axis in (1, 2))
 
 
 class FamilyColumns(NamedTuple):
@@ -154,7 +149,6 @@ def _family_columns(end: RaysFromDepth, family: str, depth: Floats, distance: Fl
     columns[:, column.DEPARTURE] = ray.launch_sine * (-1 if family.startswith("S") else 1) - sine
     columns[:, column.PRESSURE] = ray.amplitude * length * 2.0 ** (-end.absorption_octaves * (ray.length - length))
     columns[:, column.GRAZING] = grazing - sine
-    columns[:, column.EXISTS] = 1.0
     launches = end.rays.launch_angles(end.source_depth)
     bounces = launches.bounce_ranges(family, launch_slope(family, ray.launch_sine))
     if bounces:
@@ -170,7 +164,7 @@ def _bounces_are_clear(family: str, found: FamilyColumns, distance: Floats, wave
     As for `mark_clear_bounces`, seabed that rises by r occludes a ray near a bottom bounce only within r / tan(grazing)
     of it, and reflects within half the length of the Fresnel zone.
     """
-    exists = found.columns[:, column.EXISTS] > 0
+    exists = found.columns[:, column.PRESSURE] > 0
     row, distance, sine = found.columns[exists], distance[exists], found.grazing_sine[exists]
     tangent = sine / np.sqrt(np.maximum(1 - sine**2, 1e-12))
     for k, letter in enumerate(bounce_sequence(family)):
@@ -186,7 +180,7 @@ def _climbs_of(found: FamilyColumns, depth: Floats, distance: Floats, image: flo
     """Distance times launch slope of rays to points [m], NaN for none, (n,)."""
     sine = (depth - image) / np.hypot(distance, depth - image) + found.columns[:, column.DEPARTURE]
     climb = distance * sine / np.sqrt(np.maximum(1 - sine**2, 1e-12))
-    return np.where(found.columns[:, column.EXISTS] > 0, climb, np.nan)
+    return np.where(found.columns[:, column.PRESSURE] > 0, climb, np.nan)
 
 
 def _climbs_to_relief(end: RaysFromDepth, name: str, depths: NDArray[Any], ranges: Floats) -> Floats:
@@ -220,13 +214,11 @@ def _agrees(
         if found is None:
             return False
         interpolate_refraction(distance, depth, f, table, columns)
-        row = columns.reshape(PROBES, column.COUNT)
-        exists = row[:, column.EXISTS] > EXISTING
-        error = np.abs(row - found.columns)[exists]
+        error = np.abs(columns.reshape(PROBES, column.COUNT) - found.columns)
         sines = [column.ARRIVAL, column.DEPARTURE] + [column.GRAZING] * len(bounce_sequence(family))
         if (
             (error[:, column.DELAY] * end.sound_speed > max_path_error).any()
-            or (error[:, column.PRESSURE] > MAX_PRESSURE_ERROR * found.columns[exists, column.PRESSURE]).any()
+            or (error[:, column.PRESSURE] > MAX_PRESSURE_ERROR * found.columns[:, column.PRESSURE]).any()
             or (error[:, sines] > MAX_SINE_ERROR).any()
         ):
             return False

@@ -330,11 +330,9 @@ def prepare_fast_reverberation(
         return None
     parts = _radial_sets(rays, path_settings, ping_geometry, prepared)
     window = terrain_window(scene.seabed.terrain, ping_geometry, prepared.plan.step, parts, prepared.farthest)
-    return (
-        None
-        if window is None
-        else FastReverberation(scene, rays, path_settings, ping_geometry, prepared, parts, window)
-    )
+    if window is None:
+        return None
+    return FastReverberation(scene, rays, path_settings, ping_geometry, prepared, parts, window)
 
 
 def _radial_sets(
@@ -389,9 +387,7 @@ def _prepare(
         if 2 * window_range.farthest / (terrain.heightmap_cell_size * CELLS) > CACHE_SIDE - 4:
             return None
     floor = float(amplitude_ratio(path_settings.beam_cutoff_db))
-    refraction = STRAIGHT if isinstance(rays, StraightRays) else _refraction(
-        rays, ping_geometry, families, window_range.farthest
-    )  # fmt: skip
+    refraction = _refraction(rays, ping_geometry, families, window_range.farthest)
     if refraction is None:
         return None
     climbs = None
@@ -413,9 +409,11 @@ _TABLES: RecentResults[RefractionTable | None] = RecentResults(8)
 
 
 def _refraction(
-    rays: RefractedRays, ping_geometry: PingGeometry, families: tuple[str, ...], farthest: float
+    rays: StraightRays | RefractedRays, ping_geometry: PingGeometry, families: tuple[str, ...], farthest: float
 ) -> RefractionTable | None:
     """Refraction table of a ping, cached for all with its depth; None where a family does not qualify for one."""
+    if isinstance(rays, StraightRays):
+        return STRAIGHT
     frequency, source = ping_geometry.frequency, float(ping_geometry.transmit_position[2])
     if not rays.uses_tables(frequency):
         return None
