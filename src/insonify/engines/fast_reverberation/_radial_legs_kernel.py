@@ -148,10 +148,10 @@ def straight_legs(
         reached_families: Families that reach each sample, (n,); the family's bit is cleared where the facet faces away.
         legs: Result.
     """
-    distance, _, _, normal_n, normal_e, normal_d, _ = facets
+    distance = facets.distance
     delay, arrival_n, arrival_e, arrival_d, departure_n, departure_e, departure_d, pressure, root_slant = legs
     (cosines, sines, beam_n, beam_e), slowness, sign = bearings, image.slowness, np.float32(image.vertical_sign)
-    mask, absorption = np.int32(1 << image.family), np.float32(image.absorption_octaves)
+    absorption = np.float32(image.absorption_octaves)
     cosine = root_slant  # of the leg's elevation, until the last loop
     # Three loops: the compiler vectorises no loop over all of these columns.
     for i in range(distance.size):
@@ -165,12 +165,27 @@ def straight_legs(
     for i in range(distance.size):
         arrival_n[i], arrival_e[i] = cosine[i] * cosines[i], cosine[i] * sines[i]
         departure_n[i], departure_e[i] = cosine[i] * beam_n[i], cosine[i] * beam_e[i]
-    for i in range(distance.size):
+    drop_unreached(facets, np.int32(1 << image.family), reached_families, legs)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
+def drop_unreached(facets: Facets, bit: np.int32, reached_families: Integers, legs: FamilyLegs) -> None:
+    """Set pressures to 0 where a family does not reach a sample, has no ray or the facet faces away; fill root slants.
+
+    Args:
+        facets: Facets at the samples, (n,).
+        bit: Bit of the family.
+        reached_families: Families that reach each sample, (n,); the bit is cleared where no leg is left.
+        legs: Directions and pressures, of which `pressure` is changed; `root_slant` is a result.
+    """
+    _, _, _, normal_n, normal_e, normal_d, _ = facets
+    _, arrival_n, arrival_e, arrival_d, _, _, _, pressure, root_slant = legs
+    for i in range(pressure.size):
         facing = arrival_n[i] * normal_n[i] + arrival_e[i] * normal_e[i] + arrival_d[i] * normal_d[i]
-        exists = ((reached_families[i] & mask) != 0) & (facing < np.float32(0))
+        exists = ((reached_families[i] & bit) != 0) & (facing < np.float32(0)) & (pressure[i] > np.float32(0))
         root_slant[i] = math.sqrt(max(np.float32(1) + facing, np.float32(0)))
         pressure[i] = pressure[i] if exists else np.float32(0)
-        reached_families[i] &= np.int32(-1) if exists else ~mask
+        reached_families[i] &= np.int32(-1) if exists else ~bit
 
 
 @njit(inline="always")

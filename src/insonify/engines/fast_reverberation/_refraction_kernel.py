@@ -16,6 +16,7 @@ from insonify.engines.fast_reverberation._radial_legs_kernel import (
     FamilyImage,
     FamilyLegs,
     RadialBearings,
+    drop_unreached,
     exp2_nonpositive,
 )
 from insonify.engines.fast_reverberation._simd_bilinear import bilinear_columns
@@ -84,10 +85,10 @@ def refracted_legs(
         legs: Result.
         bounce_sine: Result, sine of the grazing angle at the mean seabed [1], (n,).
     """
-    distance, _, _, normal_n, normal_e, normal_d, _ = facets
-    delay, arrival_n, arrival_e, arrival_d, departure_n, departure_e, departure_d, pressure, root_slant = legs
+    distance = facets.distance
+    delay, arrival_n, arrival_e, arrival_d, departure_n, departure_e, departure_d, pressure, _ = legs
     (cosines, sines, beam_n, beam_e), slowness, sign = bearings, image.slowness, np.float32(image.vertical_sign)
-    mask, absorption, one = np.int32(1 << image.family), np.float32(image.absorption_octaves), np.float32(1)
+    absorption, one = np.float32(image.absorption_octaves), np.float32(1)
     for i in range(np.uint64(distance.size)):
         row = np.uint64(8) * i
         dz = depth[i] - image.depth
@@ -107,12 +108,7 @@ def refracted_legs(
         )
         arrival_n[i], arrival_e[i] = arrival * cosines[i], arrival * sines[i]
         departure_n[i], departure_e[i] = departure * beam_n[i], departure * beam_e[i]
-    for i in range(distance.size):
-        facing = arrival_n[i] * normal_n[i] + arrival_e[i] * normal_e[i] + arrival_d[i] * normal_d[i]
-        exists = ((reached_families[i] & mask) != 0) & (facing < np.float32(0)) & (pressure[i] > np.float32(0))
-        root_slant[i] = math.sqrt(max(one + facing, np.float32(0)))
-        pressure[i] = pressure[i] if exists else np.float32(0)
-        reached_families[i] &= np.int32(-1) if exists else ~mask
+    drop_unreached(facets, np.int32(1 << image.family), reached_families, legs)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
