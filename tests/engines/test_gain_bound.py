@@ -7,6 +7,7 @@ from insonify.engines.radials import MAX_PATCH_WIDTH, bearing_gain_bound
 from insonify.engines.resolution import two_way_gain_bound
 from insonify.engines.terrain_occlusion import StraightLaunchAngles, TerrainOcclusion, locate_points
 from insonify.engines.terrain_profiles import MERGE_GROUP, MERGE_POWER, AzimuthProfiles
+from insonify.propagation.propagation_model import departure_cones
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import build_simulator
 from oracles.ridges import Corduroy, bed_of
@@ -18,6 +19,7 @@ BEAMS = {
     "apart": {"transmit": {"offset": (0.0, -0.5, 0.7)}, "receive": {"offset": (0.5, 0.5, 0.0)}},
     "tilted": {"sonar": {"mounting": {"tilt": 0.5}}},
 }
+LAYERED = {"profile": {"depth": [0, 8, 20], "speed": [1505, 1500, 1490]}, "noise_level_db": None}
 
 
 def geometry_of(**changes):
@@ -58,27 +60,25 @@ def test_the_gain_in_a_patch_is_at_most_the_bound(beams, families):
     assert max(closest) > 0.3  # a bound that is nearly attained
 
 
-class AnyRays:
-    """Straight rays of which only the interface of a propagation model is known."""
-
-    def __init__(self, rays):
-        """Keep the model."""
-        self.departure_cones = rays.departure_cones
-
-
 @pytest.mark.parametrize("beams", BEAMS)
 @pytest.mark.parametrize("sufficient", [np.inf, 1e-2])
-def test_straight_rays_have_the_bound_of_any_rays(beams, sufficient):
-    """One kernel for all families and both ends has to the bit what each family's cones and beams have, 500 places."""
-    simulator, rng = build_simulator(nominal(**BEAMS[beams])), np.random.default_rng(2)
+@pytest.mark.parametrize("water", [{}, {"water": LAYERED}], ids=["uniform", "layered"])
+def test_one_kernel_bounds_all_families_and_ends(beams, sufficient, water):
+    """500 neighbourhoods: to the bit what each family's cones and each end's beams give one by one."""
+    simulator, rng = build_simulator(nominal(**BEAMS[beams], **water)), np.random.default_rng(2)
     place, around = rng.uniform(-80, 80, (500, 2)), rng.exponential(2.0, 500)
-    rest = simulator.ping_geometry(0), 20.0
-    one, any_rays = (
-        two_way_gain_bound(place, around, *rest, rays, ("D", "S", "BS"), rise=0.3, sufficient_gain=sufficient)
-        for rays in (simulator.engine.rays, AnyRays(simulator.engine.rays))
-    )
-    np.testing.assert_array_equal(one, any_rays)
-    assert one.max() > 0.5 > one.min()
+    here, rays, families = simulator.ping_geometry(0), simulator.engine.rays, ("D", "S", "BS")
+    found = two_way_gain_bound(place, around, here, 20.0, rays, families, rise=0.3, sufficient_gain=sufficient)
+    ends = [(here.transmit_position, here.transmit_beams), (here.receive_position, here.bounding_receive_beams)]
+    gains = np.zeros((2, 500))
+    for family in families:
+        missing = gains[0] * gains[1] < sufficient
+        for gain, (position, of_end) in zip(gains, ends, strict=True):
+            cones = departure_cones(rays, family, position, place, around, 20.0, relief_height=0.3)
+            bound = np.where(cones.exists, of_end.bound(cones.axis, cones.half_angle), 0.0)
+            gain[missing] = np.maximum(gain, bound)[missing]
+    np.testing.assert_array_equal(found, gains[0] * gains[1])
+    assert found.max() > 0.5 > found.min()
 
 
 def test_bounds_grow_with_families_and_width():

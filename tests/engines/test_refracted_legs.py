@@ -13,7 +13,7 @@ from insonify.propagation.eigenray_table import TableError, TableWarning
 from insonify.propagation.eigenray_tables import exact_rays
 from insonify.propagation.families import families_up_to
 from insonify.propagation.image_sources import image_legs
-from insonify.propagation.propagation_model import RayDomain
+from insonify.propagation.propagation_model import RayDomain, departure_cones
 from insonify.propagation.refracted_rays import refracted_rays
 from insonify.records.legs import LegStatus
 from insonify.scattering.point_target import PointTargetLaw
@@ -221,7 +221,7 @@ def test_no_ray_leaves_outside_the_cone_that_was_promised(profile, boundary):
     place = centre + np.stack([np.cos(bearing), np.sin(bearing)], axis=1) * offset[:, None]
     found = points(np.column_stack([place, np.full(300, boundary)]))
     for family in families_up_to(2):
-        cones = water.departure_cones(family, sonar, centre, radius, boundary)
+        cones = departure_cones(water, family, sonar, centre, radius, boundary)
         legs = water.legs(sonar, found, (family,), 100e3)
         for row in range(len(legs.families)):
             there = legs.status[row] == LegStatus.CLEAR

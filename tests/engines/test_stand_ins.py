@@ -6,7 +6,7 @@ import pytest
 from insonify.engines import _keep_probability_kernel, _resolution_kernel, beam_importance, resolution
 from insonify.engines._gain_envelope_kernel import gain_re_threshold, max_two_way_gain
 from insonify.engines.glint_spread import glint_spread
-from insonify.propagation.departure_cone_kernel import departure_cones
+from insonify.propagation.departure_cone_kernel import DepartureAngles, departure_cones
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
@@ -80,9 +80,10 @@ def test_cones_cells_and_keep_probabilities_agree():
     """DepartureCones of straight rays, sizes of cells and keep probabilities of scatterers, to rounding."""
     rng = np.random.default_rng(5)
     place, centre, radius = rng.uniform(-9, 9, 3), rng.uniform(-50, 50, (500, 2)), rng.exponential(5.0, 500)
-    found = [(np.empty((500, 3)), np.empty(500)) for _ in range(2)]
+    angles = DepartureAngles(np.array([3.0, -7.5]), 0.3, 1.0, *np.empty((2, 2, 0, 0)))
+    found = [(np.empty((500, 3)), np.empty(500), np.zeros(500, bool)) for _ in range(2)]
     for run, made in zip((departure_cones.dispatcher, departure_cones._stand_in), found, strict=True):
-        run(place, -7.5, centre, radius, 0.3, *made)
+        run(angles, 1, place, centre, radius, *made)
     for kernel, plain in zip(*found, strict=True):
         np.testing.assert_allclose(plain, kernel, rtol=1e-12)
     distance = rng.uniform(0, 100, 500)

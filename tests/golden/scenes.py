@@ -109,6 +109,10 @@ SCENES: Mapping[str, Callable[[int], Output]] = {
     ),
     "layered": recorded(water={"profile": PROFILE, "smoothing": 1.0}),
     "layered-relief": recorded(water={"profile": PROFILE, "smoothing": 1.0}, seabed={"relief": RELIEF}),
+    "layered-relief-order-2": recorded(
+        water={"profile": PROFILE, "smoothing": 1.0}, paths={"max_reflections": 2},
+        seabed={"relief": {**RELIEF, "rms": "1 cm"}, "reflection": 0.9},
+    ),
     "statistical-sea": recorded(surface={"reflection": "statistical", "wind_speed": 4.0}),
     "explicit-sea": recorded(surface={"reflection": "explicit", "wind_speed": 3.0}, track={"window": [0.0, 0.06]}),
     "solids": recorded(

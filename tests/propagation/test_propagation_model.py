@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from insonify.propagation.families import families_reaching, families_up_to
-from insonify.propagation.propagation_model import RayDomain
+from insonify.propagation.propagation_model import RayDomain, departure_cones
 from insonify.propagation.propagation_model_choice import propagation_model_for
 from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterers import Scatterers
@@ -143,7 +143,7 @@ def test_no_ray_leaves_outside_the_cone_that_was_promised(name):
     middle = around(40, seed=3)[:, :2]
     radius = rng.uniform(0.2, 4, 40)
     for family in families_reaching("seabed", ("D", "S", "BS")):
-        cones = bent.departure_cones(family, SONAR, middle, radius, DEPTH)
+        cones = departure_cones(bent, family, SONAR, middle, radius, DEPTH)
         for _ in range(6):
             shift = rng.normal(size=(40, 2))
             shift *= (radius * rng.random(40) / np.linalg.norm(shift, axis=1))[:, None]
@@ -165,7 +165,7 @@ def test_ground_that_may_rise_widens_every_promise(name, rise):
     flat, raised = bent.reachable_range(*arguments), bent.reachable_range(*arguments, relief_height=rise)
     assert raised.nearest <= flat.nearest and raised.farthest >= flat.farthest - 1e-9
     middle, radius = around(30, seed=9)[:, :2], np.full(30, 1.0)
-    cones = bent.departure_cones("D", SONAR, middle, radius, DEPTH, relief_height=rise)
+    cones = departure_cones(bent, "D", SONAR, middle, radius, DEPTH, relief_height=rise)
     high = points(np.column_stack([middle, np.full(30, DEPTH - rise)]), "seabed")
     legs = bent.legs(SONAR, high, ("D",), 100e3)
     for row in range(len(legs.families)):

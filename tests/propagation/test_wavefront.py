@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.propagation._wavefront_kernel import MIN_SINE, TubeColumns, vertical_curvatures
-from insonify.propagation.wavefront import wavefront
+from insonify.propagation.wavefront import wavefronts
 from insonify.simulator import build_simulator
 from insonify.synthesis._arrival_time_kernel import ArrayWater, ArrivalColumns, ElementMotion, arrival_refracted
 from oracles.arrays import elements_scenario, some_targets
@@ -29,7 +29,9 @@ def test_in_one_speed_of_sound_wavefronts_are_spheres():
     scenario, here, found = legs_of(PROFILES["even"], some_targets(3))
     for pairs in found:
         for row in range(len(pairs.receive_legs.families)):
-            front = wavefront(pairs.receive_legs, row, here.receive_position, pairs.scatterers.position, scenario.water)
+            (front,) = wavefronts(
+                pairs.receive_legs, [row], here.receive_position, pairs.scatterers.position, scenario.water
+            )
             np.testing.assert_allclose(1 / front.vertical_curvature, pairs.receive_legs.length[row])
             assert front.sound_speed_gradient == 0
 
@@ -50,7 +52,9 @@ def test_a_leg_to_the_centre_gives_the_legs_beside_it(name, bar):
             assert one.receive_legs.families == other.receive_legs.families
             for row in range(len(one.receive_legs.families)):
                 clear = (one.receive_legs.visibility[row] != 0) & (other.receive_legs.visibility[row] != 0)
-                front = wavefront(one.receive_legs, row, here.receive_position, one.scatterers.position, scenario.water)
+                (front,) = wavefronts(
+                    one.receive_legs, [row], here.receive_position, one.scatterers.position, scenario.water
+                )
                 when, fade, doppler = np.empty(clear.size), np.empty(clear.size, np.float32), np.empty(clear.size)
                 way = np.ascontiguousarray(one.receive_legs.departure[row].T)
                 curvature, still = front.vertical_curvature, ElementMotion(offset, np.zeros(3), np.zeros(3))

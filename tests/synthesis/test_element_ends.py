@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from insonify.ocean.water import absorption_np_per_m
 from insonify.simulator import build_simulator
 from insonify.sonar.beam import POINTS_PER_LOBE
 from insonify.synthesis import element_arrivals
@@ -78,15 +79,10 @@ def test_absorption_is_given_as_a_pressure_ratio():
     water = build_simulator(elements_scenario([(0, 20, 5)], water={"noise_level_db": None})).engine.scene.water
     length = np.array([[0.0, 1.0, 30.0], [200.0, 5.0, 1e3]])
     for offset in (-20e3, 3e3):
-        more = element_arrivals.absorption_np_per_m(water, 1e5 + offset) - element_arrivals.absorption_np_per_m(
-            water, 1e5
-        )
+        more = absorption_np_per_m(water, 1e5 + offset) - absorption_np_per_m(water, 1e5)
         np.testing.assert_allclose(water.relative_absorption(length, offset, 1e5), np.exp(-more * length), rtol=1e-12)
     db = float(water.absorption(1e5))
-    assert (
-        20 * np.log10(np.exp(element_arrivals.absorption_np_per_m(water, 1e5))) == pytest.approx(db, rel=1e-12)
-        and db > 0.01
-    )
+    assert 20 * np.log10(np.exp(absorption_np_per_m(water, 1e5))) == pytest.approx(db, rel=1e-12) and db > 0.01
     assert (water.relative_absorption(length, 0.0, 1e5) == 1).all()
 
 

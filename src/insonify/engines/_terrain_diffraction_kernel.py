@@ -200,6 +200,23 @@ def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def falls_within(depth: Floats, largest_fall: Floats) -> bool:
+    """Return True if the seabed nowhere falls by more than a limit from one sample of a line to the next.
+
+    Args:
+        depth: Depth of the seabed at the samples [m], (lines, samples); False where it is unknown.
+        largest_fall: Limit from each sample to the next [m], (samples - 1 or more,).
+    """
+    for s in range(depth.shape[0]):
+        near, far, within = depth[s, :-1], depth[s, 1:], 0
+        for k in range(near.size):
+            within += far[k] - near[k] <= largest_fall[k]
+        if within < near.size:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def occlude_terrain_points(
     horizon: LaunchHorizon, step: float, rays: LineRays, reach: Floats, wavelength: float, table: Complexes, soft: bool
 ) -> None:

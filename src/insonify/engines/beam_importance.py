@@ -27,7 +27,7 @@ from insonify.engines._draw_kernel import KeptScatterers, TileRows, draw_and_kee
 from insonify.engines._keep_probability_kernel import GainBounds
 from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import GlintSpread, spread_gain_tables
-from insonify.propagation.propagation_model import PropagationModel
+from insonify.propagation.propagation_model import PropagationModel, departure_cones
 from insonify.scene.drawn_tiles import DrawnTiles
 from insonify.scene.scatterer_grid import PARTS, TILE, ScattererGrid, Tiles, max_point_count, prefix_sizes
 from insonify.scene.scatterers import grid_scatterer_id
@@ -351,7 +351,7 @@ class BeamImportance:
         centre = position[:2] + distance[:, None] * [1.0, 0.0]
         sines = np.empty((len(self.families), len(distance)))
         for row, name in enumerate(self.families):
-            cones = self.rays.departure_cones(name, position, centre, np.zeros(len(distance)), self.depth)
+            cones = departure_cones(self.rays, name, position, centre, np.zeros(len(distance)), self.depth)
             sines[row] = np.where(cones.exists, cones.axis[:, 2], np.nan)
         spread, sines = self._spread(beams, float(position[2]), distance, sines)
         return (

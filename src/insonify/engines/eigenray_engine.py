@@ -429,12 +429,11 @@ class EigenrayEngine:
             families = selection.families
         elif families is None:
             families = self.path_settings.followed_families
-        legs = self.rays.legs(position, scatterers, families, ping_geometry.frequency)
+        followed = None if selection is None else selection.needed
+        legs = self.rays.legs(position, scatterers, families, ping_geometry.frequency, needed=followed)
         if elements and ping_geometry.elements is not None:
             legs = self.rays.with_aperture_expansion(legs, position, scatterers, ping_geometry.element_extent)
-        needed = None
-        if selection is not None and selection.needed is not None:
-            needed = selection.needed[[selection.families.index(family) for family in legs.families]]
+        needed = None if followed is None else followed[[families.index(family) for family in legs.families]]
         return self._with_water_delays(
             self._with_terrain(legs, scatterers, ping_geometry, position, needed), scatterers, ping_geometry, position
         )

@@ -37,7 +37,7 @@ from insonify.propagation.local_planes import (
     fresnel_zone,
     local_plane_paths,
 )
-from insonify.records.legs import Legs, LegStatus, legs_to_points
+from insonify.records.legs import Legs, LegStatus
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain
@@ -263,10 +263,10 @@ def _reflect_needed(
     for family in dict.fromkeys(legs.families[row] for row in bounced):
         rows = [row for row in bounced if legs.families[row] == family]
         points = np.flatnonzero(needed[rows[0]])
-        result.reflection_coefficient[rows] = np.where(needed[rows], result.reflection_coefficient[rows], 0.0)
+        part = leg_rows(legs, rows, points)  # before the rows, which both sets share, are cleared
+        result.reflection_coefficient[rows] = 0.0
         if len(points):
-            of_family, ends = leg_rows(legs, rows), scatterers.take(points)
-            part, _ = legs_to_points((of_family, of_family), points)
+            ends = scatterers.take(points)
             shaded = occlude_by_terrain(part, ends, position, terrain_occlusion, soft=soft)
             every = list(range(len(rows)))
             moved = _displace_refracted(shaded, every, part, ends, position, terrain_occlusion, scene)

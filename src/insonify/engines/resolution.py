@@ -13,8 +13,7 @@ from insonify.engines import _resolution_kernel as kernel
 from insonify.engines._gain_bound_kernel import BoundEnd, raise_gain_bounds
 from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import GlintSpread
-from insonify.propagation.image_sources import StraightRays
-from insonify.propagation.propagation_model import PropagationModel, ReachableRange
+from insonify.propagation.propagation_model import PropagationModel, ReachableRange, departure_cones
 from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_SCALE, TILE, ScattererGrid, Tiles
 from insonify.scene.scene import Scene
 from insonify.sonar.ping_geometry import PingGeometry
@@ -334,28 +333,24 @@ def two_way_gain_bound(
         Two-way pressure gain [1], shape (n,).
     """
     transmit, receive = np.zeros(len(centre)), np.zeros(len(centre))
-    if not len(centre):
+    if not len(centre) or not families:
         return transmit
     both = not (ping_geometry.is_monostatic and ping_geometry.same_beams)
     if not both:
         receive = transmit
-    if (
-        isinstance(rays, StraightRays)
-        and not images
-        and not (glints is not None and any(map(glints.spreads, families)))
-    ):
+    if not images and not (glints is not None and any(map(glints.spreads, families))):
         lit_by = [(ping_geometry.transmit_position, ping_geometry.transmit_beams)]
         if both:
             lit_by.append((ping_geometry.receive_position, ping_geometry.bounding_receive_beams))
         bound_ends = [
             BoundEnd(
-                position, np.array([rays.vertical_travel(name, position[2], boundary_depth) for name in families]),
+                position, rays.departure_angles(families, float(position[2]), boundary_depth, relief_height=rise),
                 beams.kernel_majorants,
             )
             for position, beams in lit_by
         ]  # fmt: skip
         raise_gain_bounds(
-            bound_ends[0], bound_ends[-1], not both, centre, half_diagonal, rise, sufficient_gain, transmit, receive
+            bound_ends[0], bound_ends[-1], not both, centre, half_diagonal, sufficient_gain, transmit, receive
         )
         return transmit * receive
     sources = [(ping_geometry, families, np.arange(len(centre)))]
@@ -369,8 +364,8 @@ def two_way_gain_bound(
             if not len(rows):
                 break
             for position, beams, best in ends:
-                cones = rays.departure_cones(
-                    name, position, centre[rows], half_diagonal[rows], boundary_depth, relief_height=rise
+                cones = departure_cones(
+                    rays, name, position, centre[rows], half_diagonal[rows], boundary_depth, relief_height=rise
                 )
                 gain = np.where(cones.exists, beams.bound(cones.axis, cones.half_angle), 0.0)
                 if glints is not None and glints.spreads(name):

@@ -98,20 +98,21 @@ class TerrainOcclusion:
         """
         result = np.empty((len(families), len(distance)), bool)
         for row, name in enumerate(families):
-            if on_terrain and self._cut_on_last_segment_only(name):
+            factor = None if diffraction_factor is None else diffraction_factor[row]
+            if factor is not None:
+                factor[:] = 1.0
+            if on_terrain and (name == "D" or (name == "S" and self._all_below)):  # cut on their last segment only
                 result[row] = True
-                factor = None if diffraction_factor is None else diffraction_factor[row]
-                if factor is not None:
-                    factor[:] = 1.0
                 self._occlude_terrain_points(groups, name, distance, result[row], factor)
+            else:
+                result[row] = self._clear(name, groups, distance, sine[row], on_terrain, factor)
+            if families.count(name) == 1 and self.launches.has_single_rays(name, distance, depth):
                 continue
-            factor = None if diffraction_factor is None else np.ones(len(distance), complex)
-            result[row] = self._clear(name, groups, distance, sine[row], on_terrain, factor)
             slope = launch_slope(name, sine[row])
             off_table = self.launches.off_table_rays(name, slope, distance, depth)
-            if off_table is not None and exists is not None:
+            if exists is not None:
                 off_table &= exists[row]
-            if off_table is not None and off_table.any():
+            if off_table.any():
                 rays = RayModel(self.launches, self.bed.depth, self.wavelength, self.step)
                 marched = march_over_terrain(
                     rays, name, groups, distance, slope, depth, off_table, on_terrain=on_terrain
@@ -119,15 +120,7 @@ class TerrainOcclusion:
                 result[row, off_table] = marched[off_table]
                 if factor is not None:
                     factor[off_table] = marched[off_table]
-            if diffraction_factor is not None:
-                diffraction_factor[row] = factor
         return result
-
-    def _cut_on_last_segment_only(self, family: str) -> bool:
-        """Return True if rays of a family to the seabed can be cut on their last segment only, one to each position."""
-        return isinstance(self.launches, StraightLaunchAngles) and (
-            family == "D" or (family == "S" and self._all_below)
-        )
 
     def _occlude_terrain_points(
         self, groups: list[ProfileGroup], family: str, distance: Floats, is_clear: NDArray[np.bool_],
@@ -149,7 +142,10 @@ class TerrainOcclusion:
         """Return True if rays of one family are clear, segment by segment; `factor` gets the factor of their crests."""
         string = bounce_sequence(family)
         slope = launch_slope(family, sine)
-        stops = [*self.launches.bounce_ranges(family, slope), distance]
+        if string == "S" and self._all_below:  # its bounce does not matter
+            stops = [distance, distance]
+        else:
+            stops = [*self.launches.bounce_ranges(family, slope), distance]
         zone_lengths = {
             k: fresnel_half_length(stops[k], distance, self.launches.bottom_grazing_tangent(slope), self.wavelength)
             for k, letter in enumerate(string)

@@ -79,7 +79,7 @@ class TerrainProfiles:
         return self._shallowest
 
     def unobstructed(self, family: str) -> bool:
-        """Return True if no seabed along the lines is hidden from straight rays of a family without bottom bounces."""
+        """Return True if surely no seabed along the lines is hidden from rays of a family that arrive from above."""
         with self._lock:
             if family not in self._unobstructed:
                 self._unobstructed[family] = self._never_rises(family)
@@ -87,7 +87,10 @@ class TerrainProfiles:
 
     def _never_rises(self, family: str) -> bool:
         rays = self._launches
-        if not isinstance(rays, StraightLaunchAngles) or "B" in family:
+        if not isinstance(rays, StraightLaunchAngles):
+            largest_fall = rays.largest_hidden_free_fall(family, float(self._distance[0]), self.depth.shape[1])
+            return largest_fall is not None and bool(crests.falls_within(self.depth, largest_fall))
+        if "B" in family:
             return False
         image = np.float32(image_depth(family, rays.source_depth, rays.water_depth))
         return bool(crests.surely_unobstructed(self.depth, self._distance, image, SAMPLES_PER_CHECK))

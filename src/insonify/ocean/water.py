@@ -184,6 +184,17 @@ class Water(Model):
 
 
 @lru_cache(maxsize=64)
+def absorption_np_per_m(water: Water, frequency: float) -> float:
+    """Absorption of pressure at the surface [Np/m], computed once.
+
+    Args:
+        water: Absorbing water.
+        frequency: Frequency of the sound [Hz].
+    """
+    return float(np.log(10) / 20 * water.absorption(frequency))
+
+
+@lru_cache(maxsize=64)
 def _profile(written: ScenarioProfile, smoothing: float | None) -> SoundSpeedProfile:
     """Profile of a scenario, rounded where `smoothing` is given; computed once."""
     profile = written.profile()

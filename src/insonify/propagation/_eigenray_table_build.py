@@ -25,6 +25,7 @@ from insonify.propagation._eigenray_table_nodes import (
     solve_nodes,
 )
 from insonify.propagation.families import Bounces
+from insonify.propagation.propagation_model import RANGE_MARGIN
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.float64]
@@ -81,7 +82,7 @@ def table_points(depth: Floats, ranges: Floats) -> TablePoints:
 def table_grid(
     water: SoundSpeedLayers, point_depths: tuple[float, float], max_range: float, step: float, height: float
 ) -> TableGrid:
-    """Lines of depth through every knot of the profile, and evenly spaced ranges.
+    """Lines of depth through every knot of the profile, and evenly spaced ranges to a little beyond the greatest.
 
     Args:
         water: The column.
@@ -100,7 +101,8 @@ def table_grid(
     per_metre = slices / (lines[-1] - lines[0]) if lines.size > 1 else 0.0
     depths = lines[0] + np.arange(slices) / per_metre if slices > 1 else lines[:1]
     buckets = np.clip(np.searchsorted(tops, depths + 1e-12, side="right") - 1, 0, tops.size - 1).astype(np.int32)
-    stations = np.linspace(0, max_range, max(2, int(np.ceil(max_range / step - 1e-9)) + 1))
+    intervals = max(1, int(np.ceil(max_range / step - 1e-9)))
+    stations: Floats = max_range / intervals * np.arange(np.ceil(RANGE_MARGIN * intervals) + 1, dtype=float)
     rows = CellGrid(
         tops.copy(), heights, speed[: tops.size].copy(), gradient, per_height, buckets, float(per_metre),
         1 / float(stations[1]),

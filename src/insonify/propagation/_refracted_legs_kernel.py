@@ -11,6 +11,7 @@ from insonify.propagation._eigenray_kernel import (
     AMPLITUDE,
     CAUSTICS,
     DELAY,
+    FOLD_SIDE,
     LENGTH,
     SIN_ARRIVAL,
     SIN_LAUNCH,
@@ -93,21 +94,26 @@ def set_horizontal_geometry(water: SoundSpeedLayers, legs: HorizontalGeometry) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def refracted_leg_row(
-    geometry: HorizontalGeometry, normals: Floats, source_speed: float, solutions: RaySolutions, branch: int,
-    legs: RefractedLegs, row: int,
-) -> None:  # fmt: skip
+    geometry: HorizontalGeometry, normals: Floats, source_speed: float, followed: Integers, solutions: RaySolutions,
+    branch: int, legs: RefractedLegs, row: int,
+) -> bool:  # fmt: skip
     """Fill the legs of one branch of one family.
 
     Args:
         geometry: The legs seen from above.
         normals: Unit normals of the points, (n, 3).
         source_speed: Sound speed at the sonar [m/s].
-        solutions: The family's rays to the points.
+        followed: Rows of the m points to which the family is followed, increasing; others get no leg.
+        solutions: The family's rays to these m points.
         branch: Index of the ray to each point.
         legs: Result.
         row: Row of the result.
+
+    Returns:
+        True if any of the rays ends near a fold.
     """
     rays, count, missing = solutions
+    has_folds, m = False, 0
     source, _, distance, depth, norths, easts, speed = geometry
     source_depth = source[2]
     delay, length, slowness, status = legs.delay[row], legs.length[row], legs.slowness[row], legs.status[row]
@@ -115,7 +121,10 @@ def refracted_leg_row(
     departure, arrival = legs.departure[row], legs.arrival[row]
     for n in range(delay.size):
         north, east = norths[n], easts[n]
-        if branch >= count[n]:
+        k = -1
+        if m < followed.size and followed[m] == n:
+            k, m = m, m + 1
+        if k < 0 or branch >= count[k]:
             # No leg: numbers of a straight line, which keep later arithmetic finite.
             dz = depth[n] - source_depth
             away = max(math.sqrt(distance[n] ** 2 + dz * dz), 1e-6)
@@ -123,22 +132,27 @@ def refracted_leg_row(
             delay[n], length[n], slowness[n] = away / source_speed, away, horizontal_part / source_speed
             spreading[n], caustics[n] = 0.0, 0
             launch, landing, arrival_down = horizontal_part, horizontal_part, down
-            status[n] = missing[n] if count[n] == 0 else SHADOW
+            status[n] = missing[k] if k >= 0 and count[k] == 0 else SHADOW
         else:
-            p = rays[n, branch, SLOWNESS]
-            delay[n], length[n], slowness[n] = rays[n, branch, DELAY], rays[n, branch, LENGTH], p
-            spreading[n], caustics[n] = rays[n, branch, AMPLITUDE], int(rays[n, branch, CAUSTICS])
+            p = rays[k, branch, SLOWNESS]
+            delay[n], length[n], slowness[n] = rays[k, branch, DELAY], rays[k, branch, LENGTH], p
+            spreading[n], caustics[n] = rays[k, branch, AMPLITUDE], int(rays[k, branch, CAUSTICS])
             launch, landing = p * source_speed, p * speed[n]
-            down, arrival_down = rays[n, branch, SIN_LAUNCH], rays[n, branch, SIN_ARRIVAL]
+            down, arrival_down = rays[k, branch, SIN_LAUNCH], rays[k, branch, SIN_ARRIVAL]
+            has_folds |= rays[k, branch, FOLD_SIDE] != 0
             status[n] = CLEAR
         departure[n, 0], departure[n, 1], departure[n, 2] = launch * north, launch * east, down
         arrival[n, 0], arrival[n, 1], arrival[n, 2] = landing * north, landing * east, arrival_down
+        if status[n] != CLEAR:
+            grazing[n] = 0.0
+            continue
         sine = -(landing * (north * normals[n, 0] + east * normals[n, 1]) + arrival_down * normals[n, 2])
         grazing[n] = math.asin(min(1.0, max(-1.0, sine)))
         # A point without a normal scatters in all directions.
         free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
-        if status[n] == CLEAR and not (sine > 0 or free):
+        if not (sine > 0 or free):
             status[n] = FACING_AWAY
+    return has_folds
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -188,37 +202,35 @@ def bodies_passed_over(
     Returns:
         Rows of legs and of bodies, and the fractions of the leg at which it enters and leaves the body, all (m,).
     """
-    total = 0
-    for fill in range(2):
-        legs, bodies = np.empty(total, np.int64), np.empty(total, np.int64)
-        enter, leave = np.empty(total), np.empty(total)
-        row = 0
-        for n in range(leg_ends.shape[0]):
-            if status[n] != CLEAR:
+    count, most = 0, 256
+    legs, bodies, spans = np.empty(most, np.int64), np.empty(most, np.int64), np.empty((most, 2))
+    for n in range(leg_ends.shape[0]):
+        if status[n] != CLEAR:
+            continue
+        x, y = leg_ends[n, 0] - position[0], leg_ends[n, 1] - position[1]
+        square = x * x + y * y
+        for b in range(bounds.shape[0]):
+            # the circle around a body first: most legs miss it
+            u, v = (bounds[b, 0] + bounds[b, 3]) / 2 - position[0], (bounds[b, 1] + bounds[b, 4]) / 2 - position[1]
+            reach = (bounds[b, 3] - bounds[b, 0]) ** 2 + (bounds[b, 4] - bounds[b, 1]) ** 2
+            aside = x * v - y * u
+            if 4 * aside * aside > reach * square:
                 continue
-            x, y = leg_ends[n, 0] - position[0], leg_ends[n, 1] - position[1]
-            square = x * x + y * y
-            for b in range(bounds.shape[0]):
-                # the circle around a body first: most legs miss it
-                u, v = (bounds[b, 0] + bounds[b, 3]) / 2 - position[0], (bounds[b, 1] + bounds[b, 4]) / 2 - position[1]
-                reach = (bounds[b, 3] - bounds[b, 0]) ** 2 + (bounds[b, 4] - bounds[b, 1]) ** 2
-                aside = x * v - y * u
-                if 4 * aside * aside > reach * square:
-                    continue
-                first, last = 0.0, 1.0
-                for axis in range(2):
-                    step, start = (x, position[0]) if axis == 0 else (y, position[1])
-                    low, high = bounds[b, axis] - start, bounds[b, axis + 3] - start
-                    if abs(step) < 1e-12:
-                        if low > 0 or high < 0:
-                            first, last = 1.0, 0.0
-                    else:
-                        first = max(first, min(low / step, high / step))
-                        last = min(last, max(low / step, high / step))
-                if first > last:
-                    continue
-                if fill == 1:
-                    legs[row], bodies[row], enter[row], leave[row] = n, b, first, last
-                row += 1
-        total = row
-    return legs, bodies, enter, leave
+            first, last = 0.0, 1.0
+            for axis in range(2):
+                step, start = (x, position[0]) if axis == 0 else (y, position[1])
+                low, high = bounds[b, axis] - start, bounds[b, axis + 3] - start
+                if abs(step) < 1e-12:
+                    if low > 0 or high < 0:
+                        first, last = 1.0, 0.0
+                else:
+                    first = max(first, min(low / step, high / step))
+                    last = min(last, max(low / step, high / step))
+            if first > last:
+                continue
+            if count == most:
+                most *= 2
+                legs, bodies, spans = np.append(legs, legs), np.append(bodies, bodies), np.append(spans, spans, axis=0)
+            legs[count], bodies[count], spans[count, 0], spans[count, 1] = n, b, first, last
+            count += 1
+    return legs[:count], bodies[:count], spans[:count, 0].copy(), spans[:count, 1].copy()

@@ -48,7 +48,8 @@ def vertical_curvatures(
     """
     for n in range(result.size):
         sine, arrival_sine, distance = legs.sine[n], legs.arrival_sine[n], legs.distance[n]
-        if abs(sine) < MIN_SINE or abs(arrival_sine) < MIN_SINE or distance < 1e-9:
+        no_tube = abs(sine) < MIN_SINE or abs(arrival_sine) < MIN_SINE or distance < 1e-9
+        if no_tube or legs.spreading[n] == 0:
             result[n] = 1 / max(legs.length[n], 1e-9)
             continue
         cosine = math.sqrt(min(max(1 - sine * sine, 0.0), 1.0))

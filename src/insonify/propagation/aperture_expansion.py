@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from insonify.ocean.water import Water
 from insonify.propagation._eigenray_kernel import AMPLITUDE, DELAY, FOLD_SIDE, MAX_RAYS, SIN_LAUNCH, SLOWNESS
 from insonify.propagation.eigenray_tables import FamilyRays
-from insonify.propagation.wavefront import wavefront
+from insonify.propagation.wavefront import wavefronts
 from insonify.records.legs import Legs
 
 Floats = NDArray[np.float64]
@@ -62,8 +62,8 @@ def aperture_expansion(
     down = min(max(aperture_extent[1], MIN_OFFSET), depth, max_depth - depth) if aperture_extent[1] > 1e-4 else 0.0
     terms = np.zeros((len(legs.families), TERMS, len(points)))
     rays_at: dict[str, list[FamilyRays]] = {}
-    for row, family in enumerate(legs.families):
-        front = wavefront(legs, row, position, points, water)
+    fronts = wavefronts(legs, range(len(legs.families)), position, points, water)
+    for row, (family, front) in enumerate(zip(legs.families, fronts, strict=True)):
         if family not in rays_at:
             rays_at[family] = [ray_source(family, depth, front.horizontal_distance - side * offset) for side in (1, -1)]
             rays_at[family] += [

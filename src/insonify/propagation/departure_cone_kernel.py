@@ -1,6 +1,7 @@
-"""Kernel of departure cones: directions of straight rays to neighbourhoods on a boundary. Plain numbers and arrays."""
+"""Kernels of departure cones: directions of rays to neighbourhoods on a boundary. Plain numbers and arrays."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,25 +11,97 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 
 
+class DepartureAngles(NamedTuple):
+    """Departure of the rays of f families from one depth of the sonar to a boundary.
+
+    Straight rays have a vertical travel. Refracted ones have the extremes of their launch angles over 2^k columns of a
+    travel-time curve from each of m columns on: infinite, in reversed order, without a ray.
+    """
+
+    vertical_travel: Floats
+    """Vertical travel of straight departing rays to the image of the boundary, positive down [m], (f,)."""
+    relief_height: float
+    """Largest deviation of the boundary from its depth, which widens the cones of straight rays [m]."""
+    range_step: float
+    """Spacing of the columns [m]."""
+    least: Floats
+    """Least launch angle of refracted rays [rad, + down], (f, k, m); (f, 0, 0) for straight rays."""
+    greatest: Floats
+    """Greatest launch angle, likewise."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def departure_cones(
-    position: Floats, vertical_travel: float, centre: Floats, radius: Floats, relief_height: float, axis: Floats,
-    half_angle: Floats,
+    angles: DepartureAngles, family: int, position: Floats, centre: Floats, radius: Floats, axis: Floats,
+    half_angle: Floats, exists: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """Axis and half angle of the cone of rays to each neighbourhood.
 
     Args:
+        angles: Departure of the rays.
+        family: Row of the family.
         position: North, east, depth of the sonar [m], shape (3,).
-        vertical_travel: Vertical travel of the departing rays to the image of the boundary [m].
         centre: North and east of the neighbourhoods' centres [m], shape (n, 2).
         radius: Radii of the neighbourhoods [m], shape (n,).
-        relief_height: Largest deviation of their depth [m].
         axis: Result: unit vectors, shape (n, 3).
         half_angle: Result [rad], shape (n,); pi where the sonar may be in the neighbourhood.
+        exists: Result: False where no ray reaches the neighbourhood, shape (n,).
     """
+    if angles.least.size:
+        _refracted_cones(angles, family, position, centre, radius, axis, half_angle, exists)
+        return
+    vertical_travel = angles.vertical_travel[family]
     for n in range(radius.size):
         north, east = centre[n, 0] - position[0], centre[n, 1] - position[1]
         length = math.sqrt(north * north + east * east + vertical_travel * vertical_travel)
-        extent = radius[n] + relief_height
+        extent = radius[n] + angles.relief_height
         axis[n, 0], axis[n, 1], axis[n, 2] = north / length, east / length, vertical_travel / length
         half_angle[n] = math.asin(min(1.0, extent / length)) if extent < length else math.pi
+        exists[n] = True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _refracted_cones(
+    angles: DepartureAngles, family: int, position: Floats, centre: Floats, radius: Floats, axis: Floats,
+    half_angle: Floats, exists: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """Cones of refracted rays; arguments see `departure_cones`."""
+    for n in range(radius.size):
+        north, east = centre[n, 0] - position[0], centre[n, 1] - position[1]
+        away = math.hypot(north, east)
+        low, high = launch_angle_bounds(angles, family, away - radius[n], away + radius[n])
+        exists[n] = low <= high
+        if low > high:
+            low = high = 0.0
+        middle = (low + high) / 2
+        level = math.cos(middle)
+        axis[n, 0], axis[n, 1] = (level * north / away, level * east / away) if away > 0 else (level, 0.0)
+        axis[n, 2] = math.sin(middle)
+        aside = math.asin(radius[n] / away) if radius[n] < away else math.pi
+        level_part = math.cos(0.0 if low * high <= 0 else min(abs(low), abs(high)))
+        half_angle[n] = min(math.hypot((high - low) / 2, aside * level_part), math.pi)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def launch_angle_bounds(angles: DepartureAngles, family: int, nearest: float, farthest: float) -> tuple[float, float]:
+    """Least and greatest launch angle of refracted rays to an interval of distances [rad].
+
+    Args:
+        angles: Departure of the rays.
+        family: Row of the family.
+        nearest: Least distance [m].
+        farthest: Greatest distance [m].
+
+    Returns:
+        The angles; infinite, in reversed order, for no ray.
+    """
+    last = angles.least.shape[2] - 1
+    # One more column on each side: rays between two columns are bounded by both.
+    first = min(max(math.floor(nearest / angles.range_step) - 1, 0), last)
+    stop = min(max(math.ceil(farthest / angles.range_step) + 1, 0), last)
+    power = 0
+    while (2 << power) <= stop - first + 1:
+        power += 1
+    again = stop - (1 << power) + 1
+    low = min(angles.least[family, power, first], angles.least[family, power, again])
+    return low, max(angles.greatest[family, power, first], angles.greatest[family, power, again])

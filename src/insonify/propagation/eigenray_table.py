@@ -117,7 +117,8 @@ class EigenrayTable:
         rays, points = plane.read(point_depth, ranges)
         cell, paths = points.cell, points.paths
         count = paths.astype(np.int64)
-        status = np.where(paths == 0, plane.missing_status[cell[0], cell[1]], np.uint8(0))
+        status, missing = np.zeros(len(paths), np.uint8), np.flatnonzero(paths == 0)
+        status[missing] = plane.missing_status[cell[0, missing], cell[1, missing]]
         left = np.flatnonzero(paths == EXACT)
         if left.size:
             order = left[np.lexsort((ranges[left], point_depth[left]))]

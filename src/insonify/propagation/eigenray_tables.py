@@ -51,11 +51,6 @@ class FamilyRays:
     missing_status: NDArray[np.uint8]
     """Reason for no ray, as `LegStatus`, shape (n,)."""
 
-    @property
-    def has_folds(self) -> bool:
-        """Return True if any ray ends near a fold."""
-        return bool((self.rays[:, :, FOLD_SIDE] != 0).any())
-
     def single_rays(self) -> "SingleRays | None":
         """The only ray to each point; None if several reach any, or one has touched a caustic or ends near a fold."""
         ray, exists = self.rays[:, 0], self.count > 0

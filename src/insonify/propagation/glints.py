@@ -395,11 +395,14 @@ def bounce_times(
     return sonar_end.ping_time + before, sonar_end.ping_time + transmit_delay + delay - before
 
 
-def leg_rows(legs: Legs, rows: list[int]) -> Legs:
-    """Select rows of legs, repeated ones too, as copies of the columns."""
-    columns = {name: getattr(legs, name)[rows] for name in LEG_COLUMNS}
-    caustic = None if legs.caustic is None else legs.caustic[rows]
-    expansion = None if legs.aperture_expansion is None else legs.aperture_expansion[rows]
+def leg_rows(legs: Legs, rows: list[int], points: NDArray[np.int64] | None = None) -> Legs:
+    """Select rows of legs, repeated ones too, to some of their points or to all, as copies of the columns."""
+    part = rows if points is None else (np.array(rows)[:, None], points)
+    columns = {name: getattr(legs, name)[part] for name in LEG_COLUMNS}
+    caustic = None if legs.caustic is None else legs.caustic[part]
+    expansion = legs.aperture_expansion
+    if expansion is not None:
+        expansion = expansion[rows] if points is None else expansion[rows][..., points]
     return replace(
         legs, families=tuple(legs.families[row] for row in rows), branch=tuple(legs.branch[row] for row in rows),
         caustic=caustic, aperture_expansion=expansion, **columns,

@@ -12,12 +12,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.ocean.water import Water
+from insonify.ocean.water import absorption_np_per_m
 from insonify.propagation._image_source_kernel import FoldedLegs, StraightLegs, mark_legs, straight_legs
-from insonify.propagation.departure_cone_kernel import departure_cones
+from insonify.propagation.departure_cone_kernel import DepartureAngles, departure_cones
 from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
 from insonify.propagation.launch_angles import StraightLaunchAngles
-from insonify.propagation.propagation_model import DepartureCones, ReachableRange
+from insonify.propagation.propagation_model import ReachableRange
 from insonify.propagation.solid_shadows import occlude_by_solids
 from insonify.records.legs import Legs, LegStatus
 from insonify.scene.scatterers import Scatterers
@@ -57,7 +57,7 @@ def image_legs(
         StraightLegs(delay, length, spreading, departure, arrival, grazing_sine, status, occluder),
     )  # fmt: skip
     occlude_by_solids(scene, folded, scatterers, status, occluder)
-    np.multiply(length, -_absorption_np_per_m(scene.water, frequency), out=absorption)
+    np.multiply(length, -absorption_np_per_m(scene.water, frequency), out=absorption)
     return Legs(
         families=reaching, branch=(0,) * f, delay=delay, length=length, spreading=spreading,
         absorption=np.exp(absorption, out=absorption),
@@ -107,12 +107,6 @@ def _bounces(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.b
     return np.array([b.number for b in bounces], np.int64), np.array([b.first_up for b in bounces], bool)
 
 
-@lru_cache(maxsize=16)
-def _absorption_np_per_m(water: Water, frequency: float) -> float:
-    """Absorption of pressure [Np/m]."""
-    return float(np.log(10) / 20 * water.absorption(frequency))
-
-
 def _boundary(
     scene: Scene, bounce_sequences: list[str], sine: NDArray[np.float64], *, flat_bottom: bool
 ) -> NDArray[np.complex128]:
@@ -130,13 +124,14 @@ def _boundary(
 
 @departure_cones.stand_in
 def _cones(
-    position: Floats, down: float, centre: Floats, radius: Floats, rise: float, direction: Floats, margin: Floats
-) -> None:
+    angles: DepartureAngles, family: int, position: Floats, centre: Floats, radius: Floats, direction: Floats,
+    margin: Floats, exists: NDArray[np.bool_],
+) -> None:  # fmt: skip
     """Departure cones of straight rays to neighbourhoods, as from the kernel `departure_cones`."""
-    direction[:, :2], direction[:, 2] = centre - position[:2], down
-    length, around = np.sqrt(np.sum(direction**2, axis=1)), radius + rise
+    direction[:, :2], direction[:, 2] = centre - position[:2], angles.vertical_travel[family]
+    length, around = np.sqrt(np.sum(direction**2, axis=1)), radius + angles.relief_height
     direction /= length[:, None]
-    margin[:] = np.where(around < length, np.arcsin(np.minimum(1.0, around / length)), np.pi)
+    margin[:], exists[:] = np.where(around < length, np.arcsin(np.minimum(1.0, around / length)), np.pi), True
 
 
 @dataclass(frozen=True)
@@ -145,8 +140,11 @@ class StraightRays:
 
     scene: Scene
 
-    def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
-        """Legs from image sources, see `PropagationModel.legs`; over relief without the bottom's coefficient."""
+    def legs(
+        self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float, *,
+        needed: NDArray[np.bool_] | None = None,
+    ) -> Legs:  # fmt: skip
+        """All legs from image sources, see `PropagationModel.legs`; over relief without the bottom's coefficient."""
         bed = self.scene.seabed.terrain
         is_flat = bed is None or bed.span[0] == bed.span[1]
         return image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=is_flat)
@@ -183,15 +181,12 @@ class StraightRays:
         """Straight rays; see `PropagationModel.launch_angles`."""
         return StraightLaunchAngles(source_depth, self.scene.seabed.depth)
 
-    def departure_cones(
-        self, family: str, position: Floats, centre: Floats, radius: Floats, boundary_depth: float, *,
-        relief_height: float = 0.0,
-    ) -> DepartureCones:  # fmt: skip
-        """Cones about the straight lines to the centres; see `PropagationModel.departure_cones`."""
-        direction, margin = np.empty((len(centre), 3)), np.empty(len(centre))
-        travel = self.vertical_travel(family, position[2], boundary_depth)
-        departure_cones(position, travel, centre, radius, relief_height, direction, margin)
-        return DepartureCones(direction, margin, np.ones(len(centre), bool))
+    def departure_angles(
+        self, families: tuple[str, ...], source_depth: float, boundary_depth: float, *, relief_height: float = 0.0
+    ) -> DepartureAngles:
+        """Vertical travel of the straight rays; see `PropagationModel.departure_angles`."""
+        travel = [self.vertical_travel(family, source_depth, boundary_depth) for family in families]
+        return DepartureAngles(np.array(travel), relief_height, 1.0, *np.empty((2, len(families), 0, 0)))
 
     def vertical_travel(self, family: str, source_depth: float, boundary_depth: float) -> float:
         """Vertical travel of the rays of a family, as they leave, to the image of a boundary, positive down [m].

@@ -37,10 +37,33 @@ class LaunchAngles(Protocol):
         """Launch slope of rays with a tangent of the grazing angle at the mean plane [1]; 0 for none."""
         ...
 
-    def off_table_rays(
-        self, family: str, launch_slope: Floats, distance: Floats, depth: Floats
-    ) -> NDArray[np.bool_] | None:
-        """Mask of rays to positions that differ from `launch_slope`: they turn or cross others; None for no such ray.
+    def largest_hidden_free_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
+        """Fall of the seabed from one sample of a line to the next, up to which no sample hides another.
+
+        Rays of a family that arrive from above reach the later sample at a launch slope that is less or equal then.
+
+        Args:
+            family: Name of the family.
+            step: Distance of the first sample, and between samples [m].
+            count: Number of samples.
+
+        Returns:
+            Largest fall after each sample [m], (count - 1,); None where it is not known.
+        """
+        ...
+
+    def has_single_rays(self, family: str, distance: Floats, depth: Floats) -> bool:
+        """Return True if one ray at most reaches each of some positions, none of them off the table.
+
+        Args:
+            family: Name of the family.
+            distance: Horizontal distance of the positions [m], shape (n,).
+            depth: Depth of the positions [m], shape (n,).
+        """
+        ...
+
+    def off_table_rays(self, family: str, launch_slope: Floats, distance: Floats, depth: Floats) -> NDArray[np.bool_]:
+        """Mask of rays to positions that differ from `launch_slope`: they turn or cross others.
 
         Args:
             family: Name of the family.
@@ -92,11 +115,17 @@ class StraightLaunchAngles:
         """Equal to the tangent, see `LaunchAngles`."""
         return np.abs(grazing_tangent)
 
-    def off_table_rays(
-        self, family: str, launch_slope: Floats, distance: Floats, depth: Floats
-    ) -> NDArray[np.bool_] | None:
-        """None, see `LaunchAngles`."""
+    def largest_hidden_free_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
+        """None, see `LaunchAngles`: the launch slopes themselves are as easily compared."""
         return None
+
+    def has_single_rays(self, family: str, distance: Floats, depth: Floats) -> bool:
+        """Return True, see `LaunchAngles`."""
+        return True
+
+    def off_table_rays(self, family: str, launch_slope: Floats, distance: Floats, depth: Floats) -> NDArray[np.bool_]:
+        """Mask of no ray, see `LaunchAngles`."""
+        return np.zeros(np.shape(distance), bool)
 
     def ray_depths(self, family: str, launch_slope: Floats, step: float, count: int) -> Floats:
         """Depths along folded lines, see `LaunchAngles`."""

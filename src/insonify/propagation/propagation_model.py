@@ -10,6 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.propagation.departure_cone_kernel import DepartureAngles
+from insonify.propagation.departure_cone_kernel import departure_cones as fill_departure_cones
 from insonify.propagation.launch_angles import LaunchAngles
 from insonify.records.legs import Legs
 from insonify.scene.scatterers import Scatterers
@@ -18,6 +20,8 @@ from insonify.scene.scene import Scene
 Floats = NDArray[np.float64]
 
 
+RANGE_MARGIN = 1.01
+"""Range of tables over that of the window: scatterers drawn in cells lie a little beyond it [1]."""
 MAX_SEPARATE_DEPTHS = 4
 """Largest number of sonar depths with a table each; beyond, one table spans them all [1]."""
 
@@ -68,7 +72,10 @@ class PropagationModel(Protocol):
         """Water, boundaries and occluders."""
         ...
 
-    def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
+    def legs(
+        self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float, *,
+        needed: NDArray[np.bool_] | None = None,
+    ) -> Legs:  # fmt: skip
         """Legs between one end of the sonar and some scatterers.
 
         Args:
@@ -76,6 +83,7 @@ class PropagationModel(Protocol):
             scatterers: Ends of the legs, n of them.
             families: Families to follow; those that would count a scatterer twice are left out.
             frequency: Frequency of absorption and of the limit at caustics [Hz].
+            needed: True for the legs to evaluate, by family, (f, n): others may be left without amplitude. None: all.
 
         Returns:
             Legs of shape (rows, n), one row for every selected family and every branch of it.
@@ -115,20 +123,38 @@ class PropagationModel(Protocol):
             Horizontal distances; the farthest is negative where nothing arrives in the window.
         """
 
-    def departure_cones(
-        self, family: str, position: Floats, centre: Floats, radius: Floats, boundary_depth: float, *,
-        relief_height: float = 0.0,
-    ) -> DepartureCones:  # fmt: skip
-        """Cones that bound the directions in which one family leaves for neighbourhoods on a boundary.
+    def departure_angles(
+        self, families: tuple[str, ...], source_depth: float, boundary_depth: float, *, relief_height: float = 0.0
+    ) -> DepartureAngles:
+        """Departure of some families for a boundary, from which `departure_cones` follow.
 
         Args:
-            family: Name of the family.
-            position: North, east, depth of one end of the sonar [m], shape (3,).
-            centre: North and east of the neighbourhoods [m], shape (n, 2).
-            radius: Radii of the neighbourhoods [m], shape (n,).
+            families: Names of the families.
+            source_depth: Depth of one end of the sonar [m].
             boundary_depth: Depth of the boundary [m].
             relief_height: Largest deviation of the boundary from its depth [m].
         """
 
     def launch_angles(self, source_depth: float) -> LaunchAngles:
         """Launch angles of rays from one depth of the sonar [m], for the occlusion by relief."""
+
+
+def departure_cones(
+    rays: PropagationModel, family: str, position: Floats, centre: Floats, radius: Floats, boundary_depth: float, *,
+    relief_height: float = 0.0,
+) -> DepartureCones:  # fmt: skip
+    """Cones that bound the directions in which one family leaves for neighbourhoods on a boundary.
+
+    Args:
+        rays: Propagation model.
+        family: Name of the family.
+        position: North, east, depth of one end of the sonar [m], shape (3,).
+        centre: North and east of the neighbourhoods [m], shape (n, 2).
+        radius: Radii of the neighbourhoods [m], shape (n,).
+        boundary_depth: Depth of the boundary [m].
+        relief_height: Largest deviation of the boundary from its depth [m].
+    """
+    cones = DepartureCones(np.empty((len(centre), 3)), np.empty(len(centre)), np.empty(len(centre), bool))
+    angles = rays.departure_angles((family,), float(position[2]), boundary_depth, relief_height=relief_height)
+    fill_departure_cones(angles, 0, position, centre, radius, cones.axis, cones.half_angle, cones.exists)
+    return cones

@@ -6,7 +6,7 @@ travel of a straight ray: it changes by metres over kilometres, and its error eq
 """
 
 from threading import Lock
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,8 @@ HEIGHTS, FEW_LINES = (0.25, 1.0), 8
 MOST_STATIONS = 4000
 AT_ZERO = 1e-3
 """Distance of the rays to the first column: a vertical one has no launch slope [m]."""
+FALL_MARGIN = 1e-3
+"""Part of the fall of the seabed that is left for rounding [1]."""
 STRAY = 0.02
 """Largest height by which a ray may differ from that of the grid, at its end [m]."""
 
@@ -49,10 +51,14 @@ class RefractedLaunchAngles:
         self._speed = float(np.interp(source_depth, column.depth, column.speed))
         bed_speed = float(np.interp(column.bottom_reflection_depth, column.depth, column.speed))
         self._bed_speed_ratio = bed_speed / self._speed
+        knots = np.unique(np.append(column.depth[column.depth <= column.bottom_reflection_depth], source_depth))
+        ratio = np.interp(knots, column.depth, column.speed) / self._speed
+        self._layer_ends = knots, ratio, int(np.searchsorted(knots, source_depth))
         stations = min(int(np.ceil(max_range / WIDTH)) + 2, MOST_STATIONS)
         self._width = max(WIDTH, max_range / (stations - 2))
         self._stations = self._width * np.arange(stations)
-        self._made: dict[str, tuple[float, float, NDArray[np.float64]]] = {}
+        self._made: dict[str, _ClimbGrid] = {}
+        self._falls: dict[tuple[str, float], NDArray[np.float32]] = {}
         self._lock = Lock()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -64,13 +70,14 @@ class RefractedLaunchAngles:
         self.__dict__.update(state, _lock=Lock())
 
     def launch_slope(self, family: str, distance: Floats, depth: Floats) -> Floats:
-        """Launch slope interpolated on the grid, see `LaunchAngles`."""
-        top, height, climb = self._grid(family)
+        """Launch slope interpolated on the grid, see `LaunchAngles`; in single precision at such depths."""
+        grid = self._grid(family)
         shape = np.broadcast_shapes(np.shape(distance), np.shape(depth))
         ranges = np.ascontiguousarray(np.broadcast_to(distance, shape[-1:]), float)
-        depth_limits = np.ascontiguousarray(np.broadcast_to(depth, shape), float).reshape(-1, shape[-1])
-        slope = np.empty(depth_limits.shape)
-        interpolate_launch_slope(climb, top, height, self._width, ranges, depth_limits, slope)
+        precision = np.float32 if getattr(depth, "dtype", None) == np.float32 else np.float64
+        depths = np.ascontiguousarray(np.broadcast_to(depth, shape), precision).reshape(-1, shape[-1])
+        slope = np.empty_like(depths)
+        interpolate_launch_slope(grid.climb, grid.top, grid.height, self._width, ranges, depths, slope)
         return slope.reshape(shape)
 
     def bounce_ranges(self, family: str, launch_slope: Floats) -> list[Floats]:
@@ -94,9 +101,45 @@ class RefractedLaunchAngles:
         square = (1 + np.asarray(grazing_tangent, float) ** 2) * self._bed_speed_ratio**2
         return np.sqrt(np.maximum(square - 1, 0.0))
 
-    def off_table_rays(
-        self, family: str, launch_slope: Floats, distance: Floats, depth: Floats
-    ) -> NDArray[np.bool_] | None:
+    def largest_hidden_free_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
+        """Largest fall from the derivatives of the grid, see `LaunchAngles`.
+
+        Within a cell the product c of launch slope and distance x is a + b x at constant depth z. From x to x + h the
+        slope c / x falls by a h / (x (x + h)), and a fall of the seabed by dz raises it by (dc/dz) dz / (x + h).
+        """
+        if family.endswith("B") or not self._grid(family).is_single:
+            return None
+        with self._lock:
+            known = self._falls.get((family, step))
+            if known is None or len(known) < count - 1:
+                known = self._falls[family, step] = self._largest_falls(self._made[family], step, count)
+        return known[: count - 1]
+
+    def _largest_falls(self, grid: "_ClimbGrid", step: float, count: int) -> NDArray[np.float32]:
+        climb, farther = grid.climb, self._stations[1:]
+        offset = ((climb[:, :-1] * farther - climb[:, 1:] * self._stations[:-1]) / self._width).min(axis=0)
+        per_depth = np.diff(climb, axis=0) / grid.height
+        most = np.maximum(per_depth[:, :-1], per_depth[:, 1:]).max(axis=0)
+        gradient = np.where((offset > 0) & (per_depth.min() > 0), offset / (farther * most), -np.inf)
+        ends = step * np.arange(1, count + 1)
+        columns = np.minimum(ends / self._width, len(gradient)).astype(int)
+        gradient = np.append(gradient, -np.inf)  # beyond the grid
+        passed = int((columns[1:] - columns[:-1]).max(initial=0))
+        least = np.min([gradient[np.minimum(columns[:-1] + k, columns[1:])] for k in range(passed + 1)], axis=0)
+        return np.asarray((1 - FALL_MARGIN) * step * least, np.float32)
+
+    def has_single_rays(self, family: str, distance: Floats, depth: Floats) -> bool:
+        """Return True if the grid has one ray everywhere and the positions lie in it, see `LaunchAngles`."""
+        grid = self._grid(family)
+        if not (grid.is_single and len(distance)):
+            return grid.is_single
+        columns, lines = grid.climb.shape[1] - 1, grid.climb.shape[0] - 1
+        return bool(
+            distance.min() > 0 and distance.max() <= columns * self._width
+            and depth.min() >= grid.top and depth.max() <= grid.top + lines * grid.height
+        )  # fmt: skip
+
+    def off_table_rays(self, family: str, launch_slope: Floats, distance: Floats, depth: Floats) -> NDArray[np.bool_]:
         """Mask of rays that differ from those of the grid, see `LaunchAngles`."""
         return ~(np.abs(launch_slope - self.launch_slope(family, distance, depth)) * distance <= STRAY)  # so is NaN
 
@@ -115,22 +158,18 @@ class RefractedLaunchAngles:
 
     def _spans(self, launch_slope: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Horizontal distance of rays from the sonar up to the surface, and down to the mean plane [m]."""
-        water = self._column
-        knots = np.unique(np.concatenate([water.depth[water.depth <= water.bottom_reflection_depth], [self._source]]))
-        ratio = np.interp(knots, water.depth, water.speed) / self._speed
         up, down = np.empty(launch_slope.shape), np.empty(launch_slope.shape)
-        source_row = int(np.searchsorted(knots, self._source))
-        unturned_distances(knots, ratio, source_row, launch_slope.ravel(), up.reshape(-1), down.reshape(-1))
+        unturned_distances(*self._layer_ends, launch_slope.ravel(), up.reshape(-1), down.reshape(-1))
         return up, down
 
-    def _grid(self, family: str) -> tuple[float, float, NDArray[np.float64]]:
-        """First depth and distance of a family's grid [m], and its node values."""
+    def _grid(self, family: str) -> "_ClimbGrid":
+        """Grid of a family, solved on first use."""
         with self._lock:
             if family not in self._made:
                 self._made[family] = self._solve(family)
             return self._made[family]
 
-    def _solve(self, family: str) -> tuple[float, float, NDArray[np.float64]]:
+    def _solve(self, family: str) -> "_ClimbGrid":
         string, water = bounce_sequence(family), self._column
         low, high = self._depth_limits
         if string.endswith("B"):  # rays that rise from the plane meet nothing below it
@@ -149,5 +188,25 @@ class RefractedLaunchAngles:
         exists = np.isfinite(turns[row, first])
         cosine = np.where(exists, ray[:, SLOWNESS] * self._speed, 1.0)
         tangent = np.where(exists, ray[:, SIN_LAUNCH] / cosine, np.nan)
-        climb = tangent * ranges * (-1 if string.startswith("S") else 1)
-        return low, float(lines[1] - lines[0]), climb.reshape(len(lines), -1)
+        climb = (tangent * ranges * (-1 if string.startswith("S") else 1)).reshape(len(lines), -1)
+        is_single = bool((count == 1).all() and exists.all()) and _largest_bilinear_error(climb) <= STRAY / 2
+        return _ClimbGrid(low, float(lines[1] - lines[0]), climb, is_single)
+
+
+class _ClimbGrid(NamedTuple):
+    """Launch angles of one family on a grid of positions."""
+
+    top: float
+    """First depth [m]."""
+    height: float
+    """Spacing of the depths [m]."""
+    climb: NDArray[np.float64]
+    """Distance times launch slope [m], NaN where there is no ray, (depths, distances)."""
+    is_single: bool
+    """True if one ray reaches every node, without turns, and interpolation between them is accurate to `STRAY` / 2."""
+
+
+def _largest_bilinear_error(values: NDArray[np.float64]) -> float:
+    """Largest error of bilinear interpolation between nodes, by an eighth of the second differences."""
+    second = [np.abs(np.diff(values, 2, axis=axis)).max(initial=0.0) for axis in range(2)]
+    return float(sum(second)) / 8

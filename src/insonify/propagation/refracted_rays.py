@@ -7,12 +7,11 @@ it too; absorption over the path length, with one coefficient of the water at al
 
 from copy import copy
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.ocean.water import Water
+from insonify.ocean.water import absorption_np_per_m
 from insonify.propagation._eigenray_kernel import AMPLITUDE, FOLD, FOLD_CURVATURE, FOLD_SIDE, RaySolutions
 from insonify.propagation._eigenray_table_nodes import LOWEST_FREQUENCY
 from insonify.propagation._refracted_legs_kernel import (
@@ -24,16 +23,18 @@ from insonify.propagation._refracted_legs_kernel import (
 )
 from insonify.propagation.aperture_expansion import aperture_expansion
 from insonify.propagation.caustic import fold_factor
+from insonify.propagation.departure_cone_kernel import DepartureAngles, launch_angle_bounds
 from insonify.propagation.eigenray_record import no_rays
 from insonify.propagation.eigenray_tables import EigenrayTables, FamilyRays, exact_rays
 from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
-from insonify.propagation.propagation_model import DepartureCones, RayDomain, ReachableRange
+from insonify.propagation.propagation_model import RANGE_MARGIN, RayDomain, ReachableRange
 from insonify.propagation.refracted_launch_angles import RefractedLaunchAngles
-from insonify.propagation.refracted_solid_shadows import occlude_refracted_row, solid_bounds
+from insonify.propagation.refracted_solid_shadows import leg_ends, occlude_refracted_row, solid_bounds
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers, scene_layers
 from insonify.propagation.travel_time_curves import (
     TravelTimeCurve,
-    departure_cones,
+    departure_angles,
+    enclosing_curve,
     ranges_within_delays,
     travel_time_curve,
 )
@@ -51,7 +52,12 @@ class RefractedRays:
     scene: Scene
     domain: RayDomain
     layers: SoundSpeedLayers
-    travel_time_curves: dict[tuple[str, float, float], TravelTimeCurve] = field(default_factory=dict, repr=False)
+    travel_time_curves: dict[tuple[str, float, tuple[float, ...]], TravelTimeCurve] = field(
+        default_factory=dict, repr=False
+    )
+    angles_of_departure: dict[tuple[tuple[str, ...], float, tuple[float, ...]], DepartureAngles] = field(
+        default_factory=dict, repr=False
+    )
     launch_angle_tables: dict[float, RefractedLaunchAngles] = field(default_factory=dict, repr=False)
     tables: EigenrayTables = field(init=False, repr=False)
     boxes: Floats = field(init=False, repr=False)
@@ -72,17 +78,24 @@ class RefractedRays:
         bodies = len(self.boxes) + len(self.body_bounds) > 0
         object.__setattr__(self, "tables", EigenrayTables(self.layers, self.domain, bodies, span))
 
-    def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
+    def legs(
+        self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float, *,
+        needed: NDArray[np.bool_] | None = None,
+    ) -> Legs:  # fmt: skip
         """Legs of every ray; see `PropagationModel.legs`."""
         names = families_reaching(scatterers.boundary, families)
         seen_above = HorizontalGeometry(position, scatterers.position, *np.empty((5, len(scatterers))))
         set_horizontal_geometry(self.layers, seen_above)
-        depth, ranges = seen_above.depth, seen_above.distance
+        followed = [
+            np.arange(len(scatterers)) if needed is None else np.flatnonzero(needed[families.index(name)])
+            for name in names
+        ]
+        ends = [(float(position[2]), seen_above.depth[points], seen_above.distance[points]) for points in followed]
         if self.uses_tables(frequency):
-            family_rays = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in names]
+            family_rays = [self.tables.rays(f, scatterers.boundary, *e) for f, e in zip(names, ends, strict=True)]
         else:
-            family_rays = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in names]
-        return self._assemble(seen_above, scatterers, family_rays, frequency)
+            family_rays = [exact_rays(self.layers, f, *e) for f, e in zip(names, ends, strict=True)]
+        return self._assemble(seen_above, scatterers, family_rays, followed, frequency)
 
     def uses_tables(self, frequency: float) -> bool:
         """Return True if tables represent the rays at a frequency [Hz]; at lower ones folds reach further."""
@@ -121,20 +134,25 @@ class RefractedRays:
         """Reachable distances from rays to all distances."""
         levels = self._levels(boundary_depth, relief_height)
         ends = dict.fromkeys(depths)
-        sweeps = [self._sweep(name, depth, boundary) for name in families for depth in ends for boundary in levels]
+        sweeps = [self._sweep(name, depth, levels) for name in families for depth in ends]
         nearest, farthest = ranges_within_delays(sweeps, delays, end_distance / self.scene.water.min_sound_speed)
         # The terrain is sampled as under straight rays: at the same positions, whatever the water.
         images = [image_depth(name, sum(depths) / 2, self.layers.bottom_reflection_depth) for name in families]
         return ReachableRange(min(abs(boundary_depth - image) for image in images), nearest, farthest)
 
-    def departure_cones(
-        self, family: str, position: Floats, centre: Floats, radius: Floats, boundary_depth: float, *,
-        relief_height: float = 0.0,
-    ) -> DepartureCones:  # fmt: skip
-        """Cones about all rays between the nearest and the farthest point of each neighbourhood."""
+    def departure_angles(
+        self, families: tuple[str, ...], source_depth: float, boundary_depth: float, *, relief_height: float = 0.0
+    ) -> DepartureAngles:
+        """Launch angles of all rays between the nearest and the farthest point of neighbourhoods."""
         levels = self._levels(boundary_depth, relief_height)
-        sweeps = [self._sweep(family, float(position[2]), boundary) for boundary in levels]
-        return departure_cones(sweeps, centre - position[:2], radius)
+        key = (families, source_depth, levels)
+        angles = self.angles_of_departure.get(key)
+        if angles is None:
+            if len(self.angles_of_departure) > MOST_LAUNCHED:
+                self.angles_of_departure.clear()
+            angles = departure_angles([self._sweep(family, source_depth, levels) for family in families])
+            self.angles_of_departure[key] = angles
+        return angles
 
     def zone_climbs(
         self, families: tuple[str, ...], source_depth: float, boundary_depth: float, zone: tuple[float, float]
@@ -150,13 +168,12 @@ class RefractedRays:
         Returns:
             The greatest angle at the nearest and the least at the farthest distance [m], 0 for no ray, (f, 2).
         """
-        middle, radius = np.array([(zone[0] + zone[1]) / 2]), np.array([(zone[1] - zone[0]) / 2])
-        climbs = np.zeros((len(families), 2))
+        climbs, angles = np.zeros((len(families), 2)), self.departure_angles(families, source_depth, boundary_depth)
         for row, family in enumerate(families):
-            low, high = self._sweep(family, source_depth, boundary_depth).launch_angle_bounds(middle, radius)
-            if low[0] <= high[0]:
-                angles = np.array([-low[0], -high[0]] if family.startswith("S") else [high[0], low[0]])
-                climbs[row] = np.tan(np.clip(angles, -STEEPEST, STEEPEST)) * np.maximum(zone, NEAREST)
+            low, high = launch_angle_bounds(angles, row, *zone)
+            if low <= high:
+                ends = np.array([-low, -high] if family.startswith("S") else [high, low])
+                climbs[row] = np.tan(np.clip(ends, -STEEPEST, STEEPEST)) * np.maximum(zone, NEAREST)
         return climbs
 
     def launch_angles(self, source_depth: float) -> RefractedLaunchAngles:
@@ -166,33 +183,40 @@ class RefractedRays:
             if len(self.launch_angle_tables) > MOST_LAUNCHED:
                 self.launch_angle_tables.clear()
             highest = min(self.tables.terrain_depths[0], *self.domain.point_depths)
-            farthest = max(self.domain.max_range, 1.0)
+            farthest = max(self.domain.max_range, 1.0) * RANGE_MARGIN
             table = RefractedLaunchAngles(self.layers, source_depth, farthest, (highest, self.tables.terrain_depths[1]))
             self.launch_angle_tables[source_depth] = table
         return table
 
-    def _levels(self, boundary_depth: float, relief_height: float) -> list[float]:
+    def _levels(self, boundary_depth: float, relief_height: float) -> tuple[float, ...]:
         """Depths between which a boundary lies, all within the profile [m]."""
         if relief_height == 0:
-            return [boundary_depth]
-        bottom = self.layers.water_depth
-        return sorted({min(max(boundary_depth + side * relief_height, 0.0), bottom) for side in (-1, -0.5, 0, 0.5, 1)})
+            return (boundary_depth,)
+        depths = {boundary_depth + side * relief_height for side in (-1, -0.5, 0, 0.5, 1)}
+        return tuple(sorted({min(max(depth, 0.0), self.layers.water_depth) for depth in depths}))
 
-    def _sweep(self, family: str, depth: float, boundary_depth: float) -> TravelTimeCurve:
-        """Rays of a family to all distances on a boundary, cached for pings from the same sonar depth."""
-        key = (family, depth, boundary_depth)
+    def _sweep(self, family: str, depth: float, boundary_depths: tuple[float, ...]) -> TravelTimeCurve:
+        """Rays of a family to all distances at some depths of a boundary, cached for pings from the same depth."""
+        key = (family, depth, boundary_depths)
         if key not in self.travel_time_curves:
             if len(self.travel_time_curves) > MOST_SWEEPS:
                 self.travel_time_curves.clear()
             farthest = max(self.domain.max_range, 1.0)
-            self.travel_time_curves[key] = travel_time_curve(self.layers, family, depth, boundary_depth, farthest)
+            self.travel_time_curves[key] = enclosing_curve(
+                [travel_time_curve(self.layers, family, depth, boundary, farthest) for boundary in boundary_depths]
+            )
         return self.travel_time_curves[key]
 
     def _assemble(
-        self, geometry: HorizontalGeometry, scatterers: Scatterers, family_rays: list[FamilyRays], frequency: float
+        self, geometry: HorizontalGeometry, scatterers: Scatterers, family_rays: list[FamilyRays],
+        followed: list[NDArray[np.int64]], frequency: float,
     ) -> Legs:  # fmt: skip
-        """Assemble rows of legs from rays."""
-        rows = [(rays, branch) for rays in family_rays for branch in range(rays.branch_count)]
+        """Assemble rows of legs from the rays of each family, and the rows of the points that these reach."""
+        rows = [
+            (rays, points, branch)
+            for rays, points in zip(family_rays, followed, strict=True)
+            for branch in range(rays.branch_count)
+        ]
         shape = len(rows), len(scatterers)
         delay, length, spreading, slowness, grazing = np.empty((5, *shape))
         departure, arrival = np.empty((2, *shape, 3))
@@ -202,41 +226,44 @@ class RefractedRays:
             delay, length, spreading, caustics, slowness, departure, arrival, grazing, status, occluder
         )  # fmt: skip
         water, speed = self.layers, float(np.interp(geometry.source[2], self.layers.depth, self.layers.speed))
-        for row, (rays, branch) in enumerate(rows):
+        normals, near_folds = np.ascontiguousarray(scatterers.normal), []
+        ends = leg_ends(scatterers) if len(self.body_bounds) else None
+        for row, (rays, points, branch) in enumerate(rows):
             solutions = RaySolutions(rays.rays, rays.count, rays.missing_status)
-            refracted_leg_row(geometry, np.ascontiguousarray(scatterers.normal), speed, solutions, branch, legs, row)
+            if refracted_leg_row(geometry, normals, speed, points, solutions, branch, legs, row):
+                near_folds.append(row)
             if len(self.boxes):
                 bounces = family_bounces(rays.family)
                 occlude_row_by_boxes(water, geometry, bounces, self.boxes, scatterers.occluder, legs, row)
-            if len(self.body_bounds):
-                occlude_refracted_row(
-                    self.scene, water, self.body_bounds, geometry, scatterers, rays.family, legs, row
-                )  # fmt: skip
-        caustic = _at_caustics(rows, caustics, spreading, frequency)
-        families = tuple(rays.family for rays, _ in rows)
+            if ends is not None:
+                occlude_refracted_row(self.scene, water, self.body_bounds, geometry, ends, rays.family, legs, row)
+        phase = _QUARTER_TURNS[caustics % 4] if caustics.any() else None
+        for row in near_folds:
+            phase = np.ones(shape, complex) if phase is None else phase
+            _limit_at_folds(*rows[row], spreading[row], phase[row], frequency)
+        families, to_points = tuple(rays.family for rays, _, _ in rows), [points for _, points, _ in rows]
         return Legs(
-            families=families, branch=tuple(branch for _, branch in rows), delay=delay, length=length,
-            spreading=spreading, absorption=10 ** (-_absorption_db_per_m(self.scene.water, frequency) * length / 20),
-            reflection_coefficient=self._boundary(families, slowness), caustics=caustics,
+            families=families, branch=tuple(branch for _, _, branch in rows), delay=delay, length=length,
+            spreading=spreading, absorption=np.exp(-absorption_np_per_m(self.scene.water, frequency) * length),
+            reflection_coefficient=self._boundary(families, to_points, slowness), caustics=caustics,
             visibility=(status == LegStatus.CLEAR).astype(float), departure=departure, arrival=arrival,
-            grazing=grazing, status=status, occluder=occluder, caustic=caustic,
+            grazing=grazing, status=status, occluder=occluder, caustic=phase,
         )  # fmt: skip
 
-    def _boundary(self, families: tuple[str, ...], slowness: Floats) -> NDArray[np.complex128]:
+    def _boundary(
+        self, families: tuple[str, ...], followed: list[NDArray[np.int64]], slowness: Floats
+    ) -> NDArray[np.complex128]:
         """Product of the reflection coefficients of each row, at the grazing angles that follow from its slowness."""
-        product = np.ones(slowness.shape, complex)
-        top = self.layers.speed[0]
+        product = np.empty(slowness.shape, complex)
+        surface = complex(self.scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
         bottom = float(np.interp(self.layers.bottom_reflection_depth, self.layers.depth, self.layers.speed))
-        for row, family in enumerate(families):
+        for row, (family, points) in enumerate(zip(families, followed, strict=True)):
             string = bounce_sequence(family)
-            if "S" in string:
-                product[row] *= self.scene.surface.reflection_coefficient(_grazing(slowness[row], top)) ** string.count(
-                    "S"
-                )
+            product[row] = surface ** string.count("S")
             if "B" in string:
-                product[row] *= self.scene.seabed.reflection_coefficient(
-                    _grazing(slowness[row], bottom)
-                ) ** string.count("B")
+                sine = _grazing_sine(slowness[row, points], bottom)
+                once = self.scene.seabed.reflection_coefficient_at_sine(sine)
+                product[row, points] *= once ** string.count("B")
         return product
 
 
@@ -261,35 +288,23 @@ def refracted_rays(scene: Scene, domain: RayDomain) -> RefractedRays:
     return RefractedRays(scene, domain, scene_layers(scene))
 
 
-@lru_cache(maxsize=16)
-def _absorption_db_per_m(water: Water, frequency: float) -> float:
-    """Absorption of the water [dB/m], cached: it takes as long as legs to a few points."""
-    return float(water.absorption(frequency))
-
-
-def _grazing(slowness: Floats, speed: float) -> Floats:
-    """Grazing angle of rays at a boundary [rad]; at low angles 1 - (p c)^2 would have no digits left."""
+def _grazing_sine(slowness: Floats, speed: float) -> Floats:
+    """Sine of the grazing angle of rays at a boundary [1]; at low angles 1 - (p c)^2 would have no digits left."""
     cosine = slowness * speed
-    return np.arcsin(np.sqrt(np.clip((1 - cosine) * (1 + cosine), 0.0, 1.0)))
+    return np.sqrt(np.clip((1 - cosine) * (1 + cosine), 0.0, 1.0))
 
 
-def _at_caustics(
-    rows: list[tuple[FamilyRays, int]], caustics: NDArray[np.uint8], spreading: Floats, frequency: float
-) -> NDArray[np.complex128] | None:
-    """Limit the spreading of rays that end near a fold; the phase of all rows, or None where there is none."""
-    phase = _QUARTER_TURNS[caustics % 4] if caustics.any() else None
-    for row, (rays, branch) in enumerate(rows):
-        if branch >= rays.rays.shape[1] or not rays.has_folds:
-            continue
-        near_fold = np.flatnonzero((rays.count > branch) & (rays.rays[:, branch, FOLD_SIDE] != 0))
-        if near_fold.size:
-            phase = np.ones(spreading.shape, complex) if phase is None else phase
-            ray = rays.rays[near_fold, branch]
-            factor = fold_factor(np.abs(ray[:, FOLD]), ray[:, FOLD_CURVATURE], ray[:, FOLD_SIDE], frequency)
-            limited = np.where(np.isfinite(ray[:, AMPLITUDE]), ray[:, AMPLITUDE], 0.0) * factor
-            spreading[row, near_fold] = np.abs(limited)
-            phase[row, near_fold] *= np.exp(1j * np.angle(factor))
-    return phase
+def _limit_at_folds(
+    rays: FamilyRays, points: NDArray[np.int64], branch: int, spreading: Floats, phase: NDArray[np.complex128],
+    frequency: float,
+) -> None:  # fmt: skip
+    """Limit the spreading of the rays of one row that end near a fold, and turn their phase."""
+    near_fold = np.flatnonzero((rays.count > branch) & (rays.rays[:, branch, FOLD_SIDE] != 0))
+    ray = rays.rays[near_fold, branch]
+    factor = fold_factor(np.abs(ray[:, FOLD]), ray[:, FOLD_CURVATURE], ray[:, FOLD_SIDE], frequency)
+    limited = np.where(np.isfinite(ray[:, AMPLITUDE]), ray[:, AMPLITUDE], 0.0) * factor
+    spreading[points[near_fold]] = np.abs(limited)
+    phase[points[near_fold]] *= np.exp(1j * np.angle(factor))
 
 
 _QUARTER_TURNS = np.array([1, 1j, -1, -1j])

@@ -32,9 +32,14 @@ def solid_bounds(scene: Scene) -> Floats:
     return np.array([np.concatenate([surface.low, surface.high]) for surface in surfaces]).reshape(-1, 6)
 
 
+def leg_ends(scatterers: Scatterers) -> Floats:
+    """Ends of legs to scatterers, a little off the face on which each lies [m], shape (n, 3)."""
+    return scatterers.position + LEG_END_OFFSET * scatterers.normal
+
+
 def occlude_refracted_row(
-    scene: Scene, water: SoundSpeedLayers, bounds: Floats, geometry: HorizontalGeometry, scatterers: Scatterers,
-    family: str, legs: RefractedLegs, row: int,
+    scene: Scene, water: SoundSpeedLayers, bounds: Floats, geometry: HorizontalGeometry, ends: Floats, family: str,
+    legs: RefractedLegs, row: int,
 ) -> None:  # fmt: skip
     """Mark the clear legs of one row that solids cut.
 
@@ -43,7 +48,7 @@ def occlude_refracted_row(
         water: Layers of the water.
         bounds: Bounds from `solid_bounds`.
         geometry: The legs seen from above.
-        scatterers: Ends of the legs, n of them.
+        ends: Ends of the legs, from `leg_ends` [m], (n, 3).
         family: Family of the row.
         legs: The legs; clear ones of the row may become occluded, with `occluder` set.
         row: The row.
@@ -51,7 +56,6 @@ def occlude_refracted_row(
     position, distance = geometry.source, geometry.distance
     slowness, departure = legs.slowness[row], legs.departure[row]
     status, occluder = legs.status[row], legs.occluder[row]
-    ends = scatterers.position + LEG_END_OFFSET * scatterers.normal
     points, bodies, enter, leave = bodies_passed_over(position, ends, bounds, status)
     for body in np.unique(bodies):
         mine = bodies == body

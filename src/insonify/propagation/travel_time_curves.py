@@ -6,14 +6,13 @@ layered water there is no formula; so the rays to a row of distances are solved 
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation._eigenray_kernel import DELAY, SIN_LAUNCH
+from insonify.propagation.departure_cone_kernel import DepartureAngles
 from insonify.propagation.eigenray_record import exact_solutions
-from insonify.propagation.propagation_model import DepartureCones
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.float64]
@@ -38,58 +37,25 @@ class TravelTimeCurve:
     greatest_launch_angle: Floats
     """Greatest launch angle [rad, + down], (m,)."""
 
-    @cached_property
-    def running_launch_angles(self) -> tuple[list[Floats], list[Floats]]:
-        """Least and greatest launch angles [rad, + down] of 1, 2, 4, ... columns from each one on."""
-        return (
-            _running_extremes(self.least_launch_angle, np.minimum),
-            _running_extremes(self.greatest_launch_angle, np.maximum),
-        )
 
-    def launch_angle_bounds(self, horizontal_distance: Floats, radius: Floats) -> tuple[Floats, Floats]:
-        """Least and greatest launch angle to intervals of the boundary [rad]; infinite, in reversed order, for none.
-
-        Args:
-            horizontal_distance: Distances of their middles [m], (n,).
-            radius: Half lengths of the intervals [m], (n,).
-        """
-        last = len(self.least_delay) - 1
-        # One more column on each side: rays between two columns are bounded by both.
-        first = np.clip(np.floor((horizontal_distance - radius) / self.range_step) - 1, 0, last).astype(int)
-        stop = np.clip(np.ceil((horizontal_distance + radius) / self.range_step) + 1, 0, last).astype(int)
-        power = np.floor(np.log2(stop - first + 1)).astype(int)
-        low, high = np.full(len(horizontal_distance), np.inf), np.full(len(horizontal_distance), -np.inf)
-        least, greatest = self.running_launch_angles
-        for k in np.unique(power):
-            rows = power == k
-            left, right = first[rows], stop[rows] - 2**k + 1
-            low[rows] = np.minimum(least[k][left], least[k][right])
-            high[rows] = np.maximum(greatest[k][left], greatest[k][right])
-        return low, high
+def enclosing_curve(curves: list[TravelTimeCurve]) -> TravelTimeCurve:
+    """Curve whose bounds enclose those of some curves of one family over the same distances."""
+    return TravelTimeCurve(
+        curves[0].range_step,
+        np.min([curve.least_delay for curve in curves], axis=0),
+        np.max([curve.greatest_delay for curve in curves], axis=0),
+        np.min([curve.least_launch_angle for curve in curves], axis=0),
+        np.max([curve.greatest_launch_angle for curve in curves], axis=0),
+    )
 
 
-def departure_cones(sweeps: list[TravelTimeCurve], offset: Floats, radius: Floats) -> DepartureCones:
-    """Cones that bound the directions in which rays leave for neighbourhoods.
-
-    Args:
-        sweeps: The family's rays to the depths between which the neighbourhoods lie.
-        offset: North and east of their middles from the sonar [m], (n, 2).
-        radius: Radii of the neighbourhoods [m], (n,).
-    """
-    away = np.hypot(offset[:, 0], offset[:, 1])
-    spans = [curve.launch_angle_bounds(away, radius) for curve in sweeps]
-    low = np.min([span[0] for span in spans], axis=0)
-    high = np.max([span[1] for span in spans], axis=0)
-    exists = low <= high
-    low, high = np.where(exists, low, 0.0), np.where(exists, high, 0.0)
-    middle = (low + high) / 2
-    horizontal = offset / np.maximum(away, 1e-300)[:, None]
-    horizontal[away == 0] = [1.0, 0.0]
-    direction = np.column_stack([np.cos(middle)[:, None] * horizontal, np.sin(middle)])
-    aside = np.where(radius < away, np.arcsin(np.minimum(1, radius / np.maximum(away, radius))), np.pi)
-    level_part = np.cos(np.where(low * high <= 0, 0.0, np.minimum(np.abs(low), np.abs(high))))
-    margin = np.minimum(np.hypot((high - low) / 2, aside * level_part), np.pi)
-    return DepartureCones(direction, margin, exists)
+def departure_angles(curves: list[TravelTimeCurve]) -> DepartureAngles:
+    """Extremes of the launch angles of some families, each with its curve over the same distances."""
+    return DepartureAngles(
+        np.zeros(len(curves)), 0.0, curves[0].range_step,
+        np.array([_running_extremes(curve.least_launch_angle, np.minimum) for curve in curves]),
+        np.array([_running_extremes(curve.greatest_launch_angle, np.maximum) for curve in curves]),
+    )  # fmt: skip
 
 
 def travel_time_curve(
@@ -142,10 +108,10 @@ def ranges_within_delays(
     return step * max(int(columns[0]) - 1, 0), step * float(columns[-1] + 1)
 
 
-def _running_extremes(column: Floats, extreme: np.ufunc) -> list[Floats]:
-    """Extremes of 1, 2, 4, ... columns from each one on, so that any interval is covered by two of them."""
+def _running_extremes(column: Floats, extreme: np.ufunc) -> Floats:
+    """Extremes of 1, 2, 4, ... columns from each one on, so that any interval is covered by two of them, (k, m)."""
     tables = [column]
     while 2 ** len(tables) <= len(column):
         half = 2 ** (len(tables) - 1)
-        tables.append(np.asarray(extreme(tables[-1][:-half], tables[-1][half:])))
-    return tables
+        tables.append(np.append(extreme(tables[-1][:-half], tables[-1][half:]), tables[-1][-half:]))
+    return np.asarray(tables)

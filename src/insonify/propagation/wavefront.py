@@ -4,6 +4,7 @@ In the vertical plane the ray tube's width gives the curvature; across it, where
 See `propagation.aperture_expansion` for higher orders.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,36 +36,39 @@ class Wavefront:
     """Higher orders, see `propagation.aperture_expansion`; (terms, n), or (0, n) for none."""
 
 
-def wavefront(legs: Legs, row: int, position: Floats, points: Floats, water: Water) -> Wavefront:
-    """Wavefronts of one family's legs at the sonar's end.
+def wavefronts(legs: Legs, rows: Iterable[int], position: Floats, points: Floats, water: Water) -> list[Wavefront]:
+    """Wavefronts of some rows of legs at the sonar's end.
 
     With H the second derivatives of travel time at the array: d2T/dR2 = dp/dR = 1 / X', known from the tube's width,
     and the eikonal equation gives H along the ray; the remaining component is H across it.
 
     Args:
         legs: Legs from that end.
-        row: Row of the legs.
+        rows: Rows of the legs.
         position: North, east, depth of that end [m], shape (3,).
         points: North, east, depth of the points [m], shape (n, 3).
         water: Water between.
 
     Source: Cerveny (2001), Seismic Ray Theory, ch. 4 (from memory); checked against exact rays to every element.
     """
-    length = legs.length[row]
     distance = np.hypot(points[:, 0] - position[0], points[:, 1] - position[1])
+    no_expansion = np.zeros((0, len(distance)))
     if not water.layered:
-        return Wavefront(1 / np.maximum(length, MIN_RADIUS), distance, 0.0, np.zeros((0, len(distance))))
+        return [Wavefront(1 / np.maximum(legs.length[row], MIN_RADIUS), distance, 0.0, no_expansion) for row in rows]
     depth = float(position[2])
     upper_depth, lower_depth = max(depth - GRADIENT_HALF_STEP, 0.0), depth + GRADIENT_HALF_STEP
     gradient = float(water.sound_speed_at(lower_depth) - water.sound_speed_at(upper_depth)) / (
         lower_depth - upper_depth
     )
     speed, point_speed = float(water.sound_speed_at(depth)), np.asarray(water.sound_speed_at(points[:, 2]), float)
-    ends = TubeColumns(
-        legs.departure[row, :, 2], legs.arrival[row, :, 2], legs.spreading[row], length, legs.caustics[row], distance,
-        point_speed,
-    )  # fmt: skip
-    curvature, bounces = np.empty(len(distance)), len(bounce_sequence(legs.families[row]))
-    vertical_curvatures(ends, bounces % 2 == 1, speed, gradient, curvature)
-    expansion = np.zeros((0, len(distance))) if legs.aperture_expansion is None else legs.aperture_expansion[row]
-    return Wavefront(curvature, distance, gradient, expansion)
+    fronts = []
+    for row in rows:
+        ends = TubeColumns(
+            legs.departure[row, :, 2], legs.arrival[row, :, 2], legs.spreading[row], legs.length[row],
+            legs.caustics[row], distance, point_speed,
+        )  # fmt: skip
+        curvature, bounces = np.empty(len(distance)), len(bounce_sequence(legs.families[row]))
+        vertical_curvatures(ends, bounces % 2 == 1, speed, gradient, curvature)
+        expansion = no_expansion if legs.aperture_expansion is None else legs.aperture_expansion[row]
+        fronts.append(Wavefront(curvature, distance, gradient, expansion))
+    return fronts

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.ocean.water import Water
+from insonify.ocean.water import Water, absorption_np_per_m
 from insonify.records.pairs import Pairs
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis._arrival_time_kernel import ArrayWater, ArrivalColumns, arrival_times
 from insonify.synthesis.element_arrivals import (
     PairEchoes,
     ReceivePoints,
-    absorption_np_per_m,
     echo_directions,
     pair_echoes,
     receive_points,

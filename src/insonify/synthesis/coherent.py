@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.ocean.water import Water
+from insonify.ocean.water import Water, absorption_np_per_m
 from insonify.records.pairs import Pairs
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis._gridding import deposit_pressure
@@ -20,7 +20,6 @@ from insonify.synthesis.direction_grid import DirectionGrid, direction_grid
 from insonify.synthesis.element_arrivals import (
     PingReception,
     ReceivePoints,
-    absorption_np_per_m,
     deposit,
     receive_points,
 )

@@ -7,13 +7,12 @@ Doppler factor at the time of reception.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
-from insonify.propagation.wavefront import MIN_RADIUS, Wavefront, wavefront
+from insonify.propagation.wavefront import MIN_RADIUS, Wavefront, wavefronts
 from insonify.records.pairs import Pairs
 from insonify.sonar.beam import POINTS_PER_LOBE, Beams
 from insonify.sonar.ping_geometry import PingGeometry
@@ -104,13 +103,12 @@ def pair_echoes(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> Iter
         i: transmitter_motion(transmit.departure[i], transmit.length[i], ping_geometry)
         for i in np.unique(pairs.pair[:, 0])
     }
-    wavefronts = {
-        j: wavefront(receive, j, ping_geometry.receive_position, positions, water) for j in np.unique(pairs.pair[:, 1])
-    }
+    rows = [int(j) for j in np.unique(pairs.pair[:, 1])]
+    fronts = dict(zip(rows, wavefronts(receive, rows, ping_geometry.receive_position, positions, water), strict=True))
     for i, j in pairs.pair:
         emission_delay, mach, amplitude_factor = transmit_motion[i]
         delay = transmit.delay[i] + receive.delay[j] + emission_delay
-        yield PairEchoes(delay, receive.departure[j], mach, amplitude_factor, wavefronts[j])
+        yield PairEchoes(delay, receive.departure[j], mach, amplitude_factor, fronts[j])
 
 
 @dataclass(frozen=True)
@@ -212,12 +210,12 @@ def wavefront_columns(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -
         curvature = 1 / np.maximum(receive.length, MIN_RADIUS)
         return curvature, curvature, 0.0, np.zeros((len(curvature), 0, curvature.shape[1]))
     receiver_position, points = ping_geometry.receive_position, pairs.scatterers.position
-    wavefronts = [wavefront(receive, j, receiver_position, points, water) for j in range(len(receive.length))]
+    fronts = wavefronts(receive, range(len(receive.length)), receiver_position, points, water)
     curvature, distance, expansion = (
-        np.array([getattr(front, name) for front in wavefronts])
+        np.array([getattr(front, name) for front in fronts])
         for name in ("vertical_curvature", "horizontal_distance", "expansion")
     )
-    return curvature, distance, wavefronts[0].sound_speed_gradient, expansion
+    return curvature, distance, fronts[0].sound_speed_gradient, expansion
 
 
 def _directions(
@@ -327,17 +325,6 @@ def _receive_beams(receive_points: ReceivePoints, channels: int, views: int) -> 
 def carrier_band(ping_geometry: PingGeometry) -> SubBand:
     """Carrier and its beams as one sub-band, for beams that are constant over the band."""
     return SubBand(0.0, ping_geometry.transmit_beams, ping_geometry.receive_beams)
-
-
-@lru_cache(maxsize=16)
-def absorption_np_per_m(water: Water, frequency: float) -> float:
-    """Absorption of pressure [Np/m].
-
-    Args:
-        water: Absorbing water.
-        frequency: Frequency of the sound [Hz].
-    """
-    return float(water.absorption(frequency)) * np.log(10) / 20
 
 
 def directions_at_reception(ping_geometry: PingGeometry, direction: Floats, delay: Floats) -> Floats:

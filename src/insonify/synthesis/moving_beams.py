@@ -6,6 +6,7 @@ The kernel takes legs as they are, and derives their pressures for a range of th
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.ocean.water import absorption_np_per_m
 from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs, SeparableStrengths
 from insonify.sonar.beam import Beams
@@ -24,7 +25,6 @@ from insonify.synthesis.direction_grid import DirectionGrid
 from insonify.synthesis.element_arrivals import (
     PingReception,
     ReceivePoints,
-    absorption_np_per_m,
     carrier_band,
     has_parallax,
     wavefront_columns,
