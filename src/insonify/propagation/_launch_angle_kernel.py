@@ -26,23 +26,32 @@ def interpolate_launch_slope(nodes: Floats, first_depth: float, row_spacing: flo
         depth: Depths of the positions [m], (m, n).
         launch_slope: Result: NaN outside the grid, (m, n).
     """
-    lines, stations = nodes.shape
-    column, fraction = np.empty(distance.size, np.int64), np.empty(distance.size)
-    for n in range(distance.size):
+    (lines, stations), count, one = nodes.shape, distance.size, np.uint32(1)
+    column, fraction, divisor = np.empty(count, np.uint32), np.empty(count), np.empty(count)
+    for n in range(count):
         u = distance[n] / column_spacing
-        column[n] = min(int(u), stations - 2) if 0 < u <= stations - 1 else -1
-        fraction[n] = u - column[n]
+        inside = 0 < u <= stations - 1
+        k = min(int(u), stations - 2) if inside else 0
+        column[n], fraction[n], divisor[n] = k, u - k, distance[n] if inside else np.nan
+    flat, width, last = nodes.reshape(nodes.size), np.uint32(stations), float(lines - 2)
+    node, down, corner = np.empty(count, np.uint32), np.empty(count), np.empty((4, count))
+    near_above, far_above, near_below, far_below = corner[0], corner[1], corner[2], corner[3]
     for m in range(depth.shape[0]):
-        for n in range(depth.shape[1]):
-            v, k, u = (depth[m, n] - first_depth) / row_spacing, column[n], fraction[n]
-            if k < 0 or not -1e-6 <= v <= lines - 1 + 1e-6:
-                launch_slope[m, n] = np.nan
-                continue
-            i = max(min(math.floor(v), lines - 2), 0)
-            v -= i
-            nearer = nodes[i, k] + v * (nodes[i + 1, k] - nodes[i, k])
-            farther = nodes[i, k + 1] + v * (nodes[i + 1, k + 1] - nodes[i, k + 1])
-            launch_slope[m, n] = (nearer + u * (farther - nearer)) / distance[n]
+        positions, result = depth[m], launch_slope[m]
+        for n in range(np.uint64(count)):  # several loops: compilers vectorise those that read no table
+            v = (positions[n] - first_depth) / row_spacing
+            above = v if v > 0.0 else 0.0  # so is NaN
+            i = np.uint32(above if above < last else last)
+            node[n] = i * width + column[n]
+            down[n] = v - np.float64(i) if (v >= -1e-6) & (v <= last + 1 + 1e-6) else np.nan
+        for n in range(np.uint64(count)):
+            at = node[n]
+            near_above[n], far_above[n] = flat[at], flat[at + one]
+            near_below[n], far_below[n] = flat[at + width], flat[at + width + one]
+        for n in range(np.uint64(count)):
+            nearer = near_above[n] + down[n] * (near_below[n] - near_above[n])
+            farther = far_above[n] + down[n] * (far_below[n] - far_above[n])
+            result[n] = (nearer + fraction[n] * (farther - nearer)) / divisor[n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

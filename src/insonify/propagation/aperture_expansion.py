@@ -51,7 +51,7 @@ def aperture_expansion(
 
     Returns:
         Coefficients of `TERMS`, delay [s] and logarithm of pressure [1] over powers of metres, shape (f, TERMS, n);
-        zero where there is no such ray, or where it ends near a caustic.
+        NaN where there is no such ray, or where it ends near a caustic.
     """
     offset = np.minimum(
         max(aperture_extent[0], MIN_OFFSET),
@@ -76,7 +76,23 @@ def aperture_expansion(
             for family_rays, side in zip(rays_at[family][2:], (1, -1), strict=False)
         ]
         _fill_terms(terms[row], horizontal, vertical, offset, down)
-    return np.nan_to_num(terms)
+    return terms
+
+
+def largest_change(terms: Floats, aperture_extent: tuple[float, float]) -> tuple[Floats, Floats]:
+    """Bounds of what some terms change at any element of an array.
+
+    Args:
+        terms: Coefficients of `TERMS`, (..., TERMS, n).
+        aperture_extent: Largest offset of elements from the array's centre, horizontal and vertical [m].
+
+    Returns:
+        Bounds of the changes of delay [s] and of the logarithm of pressure [1], each (..., n).
+    """
+    x, z = aperture_extent
+    powers = [x**2, x * z, z**2, x**3, x**2 * z, x * z**2, z**3, x**4, z**4, x, z, x**2, z**2]
+    change = np.abs(terms) * np.array(powers)[:, None]
+    return change[..., :DELAY_TERMS, :].sum(axis=-2), change[..., DELAY_TERMS:, :].sum(axis=-2)
 
 
 class _RayExpansion:

@@ -26,6 +26,7 @@ from insonify.propagation.caustic import fold_factor
 from insonify.propagation.departure_cone_kernel import DepartureAngles, launch_angle_bounds
 from insonify.propagation.eigenray_record import no_rays
 from insonify.propagation.eigenray_tables import EigenrayTables, FamilyRays, exact_rays
+from insonify.propagation.expansion_table import ExpansionTable, expansion_table
 from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
 from insonify.propagation.propagation_model import RANGE_MARGIN, RayDomain, ReachableRange
 from insonify.propagation.refracted_launch_angles import RefractedLaunchAngles
@@ -38,8 +39,8 @@ from insonify.propagation.travel_time_curves import (
     ranges_within_delays,
     travel_time_curve,
 )
-from insonify.records.legs import Legs, LegStatus
-from insonify.scene.scatterers import Scatterers
+from insonify.records.legs import Legs, LegStatus, legs_to_points
+from insonify.scene.scatterers import Boundary, Scatterers
 from insonify.scene.scene import Scene, open_scene
 
 Floats = NDArray[np.float64]
@@ -56,6 +57,9 @@ class RefractedRays:
         default_factory=dict, repr=False
     )
     angles_of_departure: dict[tuple[tuple[str, ...], float, tuple[float, ...]], DepartureAngles] = field(
+        default_factory=dict, repr=False
+    )
+    expansion_tables: dict[tuple[tuple[str, ...], str, float, tuple[float, float]], ExpansionTable | None] = field(
         default_factory=dict, repr=False
     )
     launch_angle_tables: dict[float, RefractedLaunchAngles] = field(default_factory=dict, repr=False)
@@ -113,19 +117,64 @@ class RefractedRays:
         self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]
     ) -> Legs:
         """Legs with the expansion from rays to four positions beside that end."""
-        points = scatterers.position
+        points, table = scatterers.position, None
+        if scatterers.boundary in ("seabed", "surface") and len(set(legs.families)) == len(legs.families):
+            table = self._expansion_table(legs.families, scatterers, float(position[2]), aperture_extent)
+        if table is None:
+            terms = self._expansion(legs, position, points, scatterers.boundary, aperture_extent)
+            return replace(legs, aperture_expansion=np.nan_to_num(terms))
+        distance = np.hypot(points[:, 0] - position[0], points[:, 1] - position[1])
+        terms, is_outside = table.read(distance, points[:, 2], legs.spreading > 0)
+        outside = np.flatnonzero(is_outside)
+        if len(outside):
+            few, _ = legs_to_points((legs, legs), outside)
+            exact = self._expansion(few, position, points[outside], scatterers.boundary, aperture_extent)
+            terms[:, :, outside] = np.nan_to_num(exact)
+        return replace(legs, aperture_expansion=terms)
+
+    def _expansion(
+        self, legs: Legs, position: Floats, points: Floats, boundary: Boundary, aperture_extent: tuple[float, float]
+    ) -> Floats:
+        """Expansion of each leg from rays to four positions, see `aperture_expansion`."""
 
         def rays_to(family: str, depth: float, ranges: Floats) -> FamilyRays:
-            if not self.tables.covers_depth(family, scatterers.boundary, depth):
+            if not self.tables.covers_depth(family, boundary, depth):
                 return FamilyRays(family, *no_rays(len(ranges), 1))
-            return self.tables.rays(family, scatterers.boundary, depth, points[:, 2], ranges)
+            return self.tables.rays(family, boundary, depth, points[:, 2], ranges)
 
-        return replace(
-            legs,
-            aperture_expansion=aperture_expansion(
-                legs, position, points, self.scene.water, aperture_extent, self.layers.water_depth, rays_to
-            ),
+        return aperture_expansion(
+            legs, position, points, self.scene.water, aperture_extent, self.layers.water_depth, rays_to
         )
+
+    def _expansion_table(
+        self,
+        families: tuple[str, ...],
+        scatterers: Scatterers,
+        source_depth: float,
+        aperture_extent: tuple[float, float],
+    ) -> ExpansionTable | None:
+        """Expansions of some families to the boundary of scatterers, cached for pings from the same sonar depth."""
+        key = (families, scatterers.boundary, source_depth, aperture_extent)
+        if key not in self.expansion_tables:
+            if len(self.expansion_tables) > MOST_LAUNCHED:
+                self.expansion_tables.clear()
+            water, source = self.open_water(), np.array([0.0, 0.0, source_depth])
+
+            def evaluate(distance: Floats, depth: Floats) -> Floats | None:
+                n = len(distance)
+                nodes = replace(
+                    scatterers, position=np.column_stack([distance, np.zeros(n), depth]), normal=np.zeros((n, 3)),
+                    area=np.ones(n), phase=np.ones(n, complex), scatterer_id=np.arange(n, dtype=np.uint64),
+                )  # fmt: skip
+                legs = water.legs(source, nodes, families, LOWEST_FREQUENCY)
+                if legs.families != families:
+                    return None
+                return self._expansion(legs, source, nodes.position, scatterers.boundary, aperture_extent)
+
+            limits = self.tables.terrain_depths if scatterers.boundary == "seabed" else (0.0, 0.0)
+            farthest = max(self.domain.max_range, 1.0) * RANGE_MARGIN
+            self.expansion_tables[key] = expansion_table(evaluate, limits, farthest, aperture_extent)
+        return self.expansion_tables[key]
 
     def reachable_range(
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],

@@ -23,6 +23,8 @@ MAX_DEVIATION = 1e-9
 """Largest deviation of elements from a straight line, and from the interpolated parabolic motion [m]."""
 MIN_NODES = 4
 """Least number of nodes [1]."""
+FEW_NODES_RATIO = 18.0
+"""Radius of wavefronts re half the length of an array at which seven or so nodes represent it [1]."""
 
 
 def aperture_nodes(
@@ -43,8 +45,7 @@ def aperture_nodes(
     line = straight_array(position, velocity, acceleration, latest_arrival)
     if line is not None:
         element_coordinate, ends = line
-        drift = float(np.abs(ends[:, 3:]).sum(axis=1).max())
-        count = chebyshev_node_count(min_radius - drift, float(np.linalg.norm(ends[1, :3])), wavelength)
+        count = chebyshev_node_count(min_radius - _drift(ends), float(np.linalg.norm(ends[1, :3])), wavelength)
         if count < len(position):
             node = np.cos((np.arange(count) + 0.5) * np.pi / count)
             positions = (
@@ -60,6 +61,24 @@ def aperture_nodes(
                 )
             )
     return ApertureNodes(position, velocity, acceleration, np.empty((0, 0)), np.empty((0, 0)))
+
+
+def few_nodes_beyond(position: Floats, velocity: Floats, acceleration: Floats, latest_arrival: float) -> float:
+    """Radius of wavefronts beyond which few nodes represent an array [m]; infinite for one that is not straight.
+
+    Args:
+        position: Element positions, as for `aperture_nodes`.
+        velocity: Element velocities.
+        acceleration: Element accelerations.
+        latest_arrival: Time of the last arrival [s].
+    """
+    line = straight_array(position, velocity, acceleration, latest_arrival)
+    return math.inf if line is None else _drift(line[1]) + FEW_NODES_RATIO * float(np.linalg.norm(line[1][1, :3]))
+
+
+def _drift(ends: Floats) -> float:
+    """Largest displacement of an array during a ping [m], from the second result of `straight_array`."""
+    return float(np.abs(ends[:, 3:]).sum(axis=1).max())
 
 
 def chebyshev_node_count(min_radius: float, half: float, wavelength: float) -> int:

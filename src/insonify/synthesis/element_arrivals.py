@@ -21,7 +21,7 @@ from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Recept
 from insonify.synthesis._arrival_time_kernel import CLOSEST, ArrayWater, ElementMotion, transmit_moving, turn_to_element
 from insonify.synthesis._element_arrivals_kernel import PairedLegs, deposit_on_elements
 from insonify.synthesis._leg_pressure_kernel import transmitted_pressure
-from insonify.synthesis.chebyshev_nodes import aperture_nodes
+from insonify.synthesis.chebyshev_nodes import aperture_nodes, few_nodes_beyond
 from insonify.synthesis.replica_jitter import ReplicaJitter
 from insonify.synthesis.sector_interpolation import NO_SECTOR, SectorInterpolation
 from insonify.synthesis.time_grid import TimeGrid
@@ -175,11 +175,15 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
     latest_arrival = grid.start + grid.sample_count / grid.sample_rate
     wavelength = ping_geometry.receive_sound_speed / ping_geometry.frequency
     extra_positions = None if interpolation is None else interpolation.point_position
-    nodes = aperture_nodes(
-        receive_points.position, receive_points.velocity, receive_points.acceleration, min_radius, latest_arrival,
-        wavelength, extra_positions,
-    )  # fmt: skip
-    sector = NO_SECTOR if interpolation is None or not len(nodes.series) else interpolation.sector
+    motion = receive_points.position, receive_points.velocity, receive_points.acceleration
+    every = aperture_nodes(*motion, min_radius, latest_arrival, wavelength, extra_positions)
+    parts = [(every, strength)]
+    if water.layered and not len(every.series):  # points below the array: their wavefronts are expanded horizontally
+        beyond = few_nodes_beyond(*motion, latest_arrival)
+        is_near = ~((distance >= beyond) & (np.abs(curvature) * beyond <= 1)).all(axis=0)
+        few = aperture_nodes(*motion, beyond, latest_arrival, wavelength, extra_positions)
+        if len(few.series):
+            parts = [(few, np.where(is_near, 0, strength)), (every, np.where(is_near, strength, 0))]
     for band, sub_band in enumerate(ping_geometry.sub_bands or (carrier_band(ping_geometry),)):
         absorption_factor, receive_pressure = np.empty((0, 0)), receive_amplitude
         if sub_band.offset != 0:
@@ -193,14 +197,15 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
             amplitude, amplitude_factor, phase, source_pressure, absorption_factor, beams, transmit_pressure
         )
         gain = element_gains(ping_geometry, sub_band.receive_beams, receive_points, directions)
-        legs = PairedLegs(
-            np.column_stack([pairs.pair, rows]),
-            TransmitLegs(transmit.delay + emission_delay, 1 / (1 - mach), transmit_pressure),
-            ReceiveLegs(receive.delay, curvature, distance, expansion, receive.departure,
-                        receive_pressure.astype(np.complex64), np.ascontiguousarray(np.moveaxis(gain, 1, 0))),
-            strength,
+        transmit_legs = TransmitLegs(transmit.delay + emission_delay, 1 / (1 - mach), transmit_pressure)
+        receive_legs = ReceiveLegs(
+            receive.delay, curvature, distance, expansion, receive.departure, receive_pressure.astype(np.complex64),
+            np.ascontiguousarray(np.moveaxis(gain, 1, 0)),
         )  # fmt: skip
-        deposit_on_elements(cells[band], legs, receive_beams, nodes, sector, reception)
+        for nodes, part_strength in parts:
+            sector = NO_SECTOR if interpolation is None or not len(nodes.series) else interpolation.sector
+            legs = PairedLegs(np.column_stack([pairs.pair, rows]), transmit_legs, receive_legs, part_strength)
+            deposit_on_elements(cells[band], legs, receive_beams, nodes, sector, reception)
 
 
 def wavefront_columns(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> tuple[Floats, Floats, float, Floats]:
