@@ -8,7 +8,7 @@ import pytest
 from engines.test_fast_reverberation import GROUND, SIDESCAN, made, quickly, thoroughly
 from engines.test_shadows_over_relief import means, scene
 from insonify.engines.fast_reverberation import fast_relief_reflections, reverberation
-from insonify.engines.fast_reverberation.fast_relief_reflections import bounce_off_relief
+from insonify.engines.fast_reverberation.fast_relief_reflections import reflect_at_fitted_planes
 from insonify.propagation.local_planes import local_plane_paths
 from insonify.recent_results import RecentResults
 from insonify.scene.scatterers import Scatterers
@@ -52,7 +52,7 @@ def test_each_leg_is_that_of_the_general_engine(monkeypatch: pytest.MonkeyPatch)
         part, legs = expected[4], expected[5]
         first, delay, departure = legs.radial_offsets, legs.delay, legs.departure
         level = delay[:, : first[-1]].copy(), departure[:, :, : first[-1]].copy()
-        bounce_off_relief(*expected)
+        reflect_at_fitted_planes(*expected)
         listed = np.concatenate([part.lists.list_offsets[one] + np.arange(n) for one, n in
                                  zip(part.list_rows, np.diff(first), strict=True)])  # fmt: skip
         reach, depth = legs.range_depth[:, : first[-1]]
@@ -61,7 +61,7 @@ def test_each_leg_is_that_of_the_general_engine(monkeypatch: pytest.MonkeyPatch)
         )
         kept.append((points, delay[:, : first[-1]].copy(), departure[:, :, : first[-1]].copy(), *level))
 
-    monkeypatch.setattr(reverberation, "bounce_off_relief", spied)
+    monkeypatch.setattr(reverberation, "reflect_at_fitted_planes", spied)
     quickly(simulator)
     ((points, delay, departure, level, straight),) = kept
     count = len(points)
@@ -89,7 +89,7 @@ def test_legs_between_nodes_are_nearly_those_off_planes_of_their_own(
     simulator, found, counts = build_simulator(made(order)), [], []
 
     def spied(*expected: Any) -> None:
-        bounce_off_relief(*expected)
+        reflect_at_fitted_planes(*expected)
         legs, size = expected[5], expected[5].radial_offsets[-1]
         columns = legs.delay[:, :size], legs.departure[:, :, :size], np.abs(legs.amplitude[:, :size])
         found.append([column.copy() for column in columns])
@@ -98,7 +98,7 @@ def test_legs_between_nodes_are_nearly_those_off_planes_of_their_own(
         counts.append(len(points))
         return local_plane_paths(family, position, points, *rest)
 
-    monkeypatch.setattr(reverberation, "bounce_off_relief", spied)
+    monkeypatch.setattr(reverberation, "reflect_at_fitted_planes", spied)
     monkeypatch.setattr(fast_relief_reflections, "local_plane_paths", counted)
     series = [quickly(simulator)[0]]
     monkeypatch.setattr(fast_relief_reflections, "ZONE_PART", 0.0)

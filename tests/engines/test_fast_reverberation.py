@@ -200,6 +200,6 @@ def test_what_is_kept_from_ping_to_ping_follows_the_pulse() -> None:
         ground = prepare_fast_reverberation(scene, engine.path_settings, simulator.ping_geometry(0), engine.rays)
         assert ground is not None
         plans.append(ground.plan)
-    assert plans[1].table.absorption_octaves == plans[2].table.absorption_octaves < plans[0].table.absorption_octaves
+    assert plans[1].table.absorption_exponent == plans[2].table.absorption_exponent < plans[0].table.absorption_exponent
     np.testing.assert_array_equal(plans[1].table.reflection_products, plans[2].table.reflection_products)
     assert np.abs(plans[1].table.reflection_products - plans[0].table.reflection_products).max() > 0.01

@@ -18,7 +18,7 @@ from insonify.engines.fast_reverberation._refraction_kernel import (
     refracted_bounces,
     refracted_launch_slopes,
 )
-from insonify.engines.fast_reverberation.fast_relief_reflections import bounce_off_relief
+from insonify.engines.fast_reverberation.fast_relief_reflections import reflect_at_fitted_planes
 from insonify.engines.fast_reverberation.level_legs import level_legs
 from insonify.engines.fast_reverberation.refraction_table import RaysFromDepth, refraction_table
 from insonify.engines.fast_reverberation.swath_origins import sample_positions
@@ -183,12 +183,12 @@ def test_each_refracted_leg_is_that_of_the_eigenray_engine(
         part, legs = arguments[4], arguments[5]
         count = int(legs.radial_offsets[-1])
         level = legs.delay[:, :count].copy()
-        bounce_off_relief(*arguments)
+        reflect_at_fitted_planes(*arguments)
         points = sample_positions(here, part, legs).T.copy()
         columns = legs.delay, legs.departure, legs.amplitude, legs.normal
         kept.append((points, level, *(column[..., :count].copy() for column in columns)))
 
-    monkeypatch.setattr(reverberation, "bounce_off_relief", recorded)
+    monkeypatch.setattr(reverberation, "reflect_at_fitted_planes", recorded)
     quickly(simulator)
     ((points, level, delay, departure, amplitude, normal),) = kept
     count = len(points)
@@ -239,7 +239,7 @@ def test_the_table_is_as_exact_rays(family: str) -> None:
     assert np.abs(vertical / straight + arrival - exact_arrival).max() < 0.003
     towards = -exact_launch if family.startswith("S") else exact_launch
     assert np.abs(vertical / straight + launch - towards).max() < 0.003
-    loss = 2.0 ** (-table.absorption_octaves * (length - straight))
+    loss = 2.0 ** (-table.absorption_exponent * (length - straight))
     assert np.abs(pressure / (amplitude * straight * loss) - 1).max() < 0.005
     assert np.abs(straight / speed - exact_delay).max() > 1e-5  # what the table holds is not nothing
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from insonify.engines.fast_reverberation.radial_window import radials_past_targets
+from insonify.engines.fast_reverberation.radial_window import radials_crossing_targets
 
 SONAR = np.array([3.0, -2.0, 5.0])
 HEADING = 0.7
@@ -25,7 +25,7 @@ def plan(cylinders, farthest=30.0):
 def mask(made, edges="none"):
     """Radials that pass each of the targets."""
     here = SimpleNamespace(transmit_position=SONAR, wavelength=0.005)
-    return radials_past_targets(made, here, HEADING, edges)
+    return radials_crossing_targets(made, here, HEADING, edges)
 
 
 @pytest.mark.parametrize("seed", range(4))

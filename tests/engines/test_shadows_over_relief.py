@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from engines.test_fast_reverberation import quickly, thoroughly
-from insonify.engines.fast_reverberation.radial_window import radials_past_targets
+from insonify.engines.fast_reverberation.radial_window import radials_crossing_targets
 from insonify.engines.fast_reverberation.shadow_radials import (
     STRIPS,
     ShadowRun,
@@ -162,7 +162,7 @@ def test_overlapping_shadows_are_looked_at_once() -> None:
         here = simulator.ping_geometry(0)
         ground = simulator.fast_reverberation(here)
         assert ground is not None
-        passing = radials_past_targets(ground.plan, here, ground.known.heading, "none")
+        passing = radials_crossing_targets(ground.plan, here, ground.prepared.heading, "none")
         stretch, distance, _ = _probe_distances(ground.plan, ground.rays, here, ground.path_settings, passing)
         assert passing.any(axis=1).sum() == many and len(np.unique(distance)) == len(distance)
         requested.append(np.bincount(stretch).max())
@@ -178,7 +178,7 @@ def test_a_line_that_ends_before_a_target_does_not_pass_it() -> None:
     plan = ground.plan
     north, east, radius = plan.bounding_cylinders[0, :3]
     nearest = np.hypot(north - here.transmit_position[0], east - here.transmit_position[1]) - radius
-    passing = radials_past_targets(plan, here, ground.known.heading, "none")[0]
+    passing = radials_crossing_targets(plan, here, ground.prepared.heading, "none")[0]
     assert passing.any() and (plan.radials[passing, 5] > nearest).all()
 
 
@@ -189,8 +189,8 @@ def test_narrow_lines_cover_the_ground_of_those_they_replace() -> None:
     ground = simulator.fast_reverberation(here)
     assert ground is not None
     plan = ground.plan
-    passing = radials_past_targets(plan, here, ground.known.heading, "none")
-    made = shadow_radials(plan, ground.rays, here, ground.path_settings, ground.known.heading, passing)
+    passing = radials_crossing_targets(plan, here, ground.prepared.heading, "none")
+    made = shadow_radials(plan, ground.rays, here, ground.path_settings, ground.prepared.heading, passing)
     assert made is not None
 
     def area(radials: Floats) -> float:

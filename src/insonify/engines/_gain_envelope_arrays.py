@@ -74,30 +74,33 @@ class _Neighbourhoods:
         cosines = [horizontal * (self.ahead * row[0] + self.aside * row[1]) + down * row[2] for row in axes]
         return [cosine_bounds(cosine, self.cosine, self.sine) if self.wide else (cosine, cosine) for cosine in cosines]
 
-    def _spread(self, row: int, down: Floats) -> tuple[Floats, Floats]:
-        """Standard deviations of a glint's cosines to the right and down of the array [1]."""
+    def _spread(self, row: int, down: Floats) -> tuple[Floats, Floats, Floats]:
+        """Standard deviations of a glint's cosines to the right, down and to boresight of the array [1]."""
         spreads, axes = self.end[5], self.end[4][0]
-        tilt, turn = (_between_nodes(spread[row], self.node, self.part) for spread in (spreads.tilt, spreads.turn))
+        elevation, bearing = (
+            _between_nodes(change[row], self.node, self.part)
+            for change in (spreads.elevation_change, spreads.bearing_change)
+        )
         north, east, slopes = self.ahead, self.aside, spreads.slopes
         along = north * north * slopes[0] + 2 * north * east * slopes[1] + east * east * slopes[2]
-        up = tilt * np.sqrt(np.maximum(along, 0.0))
-        right = turn * np.sqrt(np.maximum(slopes[0] + slopes[2] - along, 0.0))
+        up = elevation * np.sqrt(np.maximum(along, 0.0))
+        right = bearing * np.sqrt(np.maximum(slopes[0] + slopes[2] - along, 0.0))
         horizontal = np.sqrt(np.maximum(1.0 - down * down, 0.0))
-        u, v = (np.hypot(up * (horizontal * axis[2] - down * (north * axis[0] + east * axis[1])),
-                         right * (north * axis[1] - east * axis[0])) for axis in axes[1:])  # fmt: skip
-        return u, v
+        w, u, v = (np.hypot(up * (horizontal * axis[2] - down * (north * axis[0] + east * axis[1])),
+                            right * (north * axis[1] - east * axis[0])) for axis in axes)  # fmt: skip
+        return u, v, w
 
 
 def _gain(
     beam: BeamMajorants,
     cosines: list[tuple[Floats, Floats]],
-    spread: tuple[Floats, Floats] | None,
+    spread: tuple[Floats, Floats, Floats] | None,
     patterns: tuple[Floats, ...],
 ) -> Floats:
     """Envelope of the largest of some beams over spans of cosines [1], its fourth-power mean over glints if any."""
     _, steer, scale, majorants, per_unit, element, _ = beam
     (_, w), right, down = cosines
-    spread_margin = np.zeros(len(w)) if spread is None else 2 * np.maximum(*spread)
+    spread_margin = np.zeros(len(w)) if spread is None else 2 * spread[2]
 
     def pattern(which: int, span: tuple[Floats, Floats], axis: float) -> Floats:
         x = distance_to_interval(*span, axis)

@@ -31,10 +31,10 @@ class RaySpreads(NamedTuple):
 
     amplitude: Floats
     """Pressure of a row re a calm surface, at the nodes [1], shape (rows, nodes); (rows, 0) where all are 1."""
-    tilt: Floats
-    """Standard deviation of elevation, see `glint_spread.LegSpread`, shape (rows, nodes); read for glints only."""
-    turn: Floats
-    """Standard deviation of bearing, shape (rows, nodes); read for glints only."""
+    elevation_change: Floats
+    """Change of elevation per slope, see `glint_spread.LegSpread` [rad], shape (rows, nodes); read for glints only."""
+    bearing_change: Floats
+    """Change of bearing per slope [rad], shape (rows, nodes); read for glints only."""
     glints: NDArray[np.bool_]
     """Rows whose directions are spread, shape (rows,)."""
     slopes: Floats
@@ -221,10 +221,12 @@ def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int
         if largest >= sufficient[n] or math.isnan(down[n]) or amplitude[n] <= largest:
             continue
         k = int(node[n])
-        tilt = spreads.tilt[row, k] + part[n] * (spreads.tilt[row, k + 1] - spreads.tilt[row, k])
-        turn = spreads.turn[row, k] + part[n] * (spreads.turn[row, k + 1] - spreads.turn[row, k])
-        su, sv = cosine_spreads(ray_north[n], ray_east[n], down[n], tilt, turn, spreads.slopes, axes)
-        common_gain = element_gain(element, min(w[n] + 2 * max(su, sv), 1.0) + 1e-12) * amplitude[n]
+        elevation, bearing = spreads.elevation_change[row], spreads.bearing_change[row]
+        su, sv, sw = cosine_spreads(
+            ray_north[n], ray_east[n], down[n], elevation[k] + part[n] * (elevation[k + 1] - elevation[k]),
+            bearing[k] + part[n] * (bearing[k + 1] - bearing[k]), spreads.slopes, axes,
+        )  # fmt: skip
+        common_gain = element_gain(element, min(w[n] + 2 * sw, 1.0) + 1e-12) * amplitude[n]
         x, y = distance_to_interval(u[n], u_max[n], 0.0), distance_to_interval(v[n], v_max[n], 0.0)
         common_gain *= pattern_with_spread(spreads.patterns[2], _envelope(long, per_unit[2], x), per_unit[2], x, su)
         common_gain *= pattern_with_spread(spreads.patterns[3], _envelope(tall, per_unit[3], y), per_unit[3], y, sv)

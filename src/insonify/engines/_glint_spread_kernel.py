@@ -1,4 +1,4 @@
-"""Gain of beams for legs whose directions are spread by a moving surface: arithmetic of `engines.glint_spread`."""
+"""Kernels of `engines.glint_spread`: gain of beams for legs whose directions a rough boundary spreads."""
 
 import math
 from typing import NamedTuple
@@ -12,8 +12,8 @@ from insonify.sonar.beam_kernels import BeamMajorants, array_cosines, cosine_bou
 Floats = NDArray[np.float64]
 
 MIXTURE_DEVIATIONS = (0.5, 1.32)
-"""Standard deviations of the two normal halves of a distribution of slopes, over that of the whole [1]: few slopes in
-the middle and many far out, as sums of few waves have them."""
+"""Standard deviations of the two normal distributions that make up one of slopes in equal parts, over that of the whole
+[1]: a sharper peak and longer tails than a normal distribution has."""
 ROWS_PER_SPREAD_ROW = 4
 """Rows of a beam's table for each row of a spread one."""
 MIN_SPREAD_ROWS = 8.0
@@ -22,29 +22,29 @@ MAX_SPREAD = 0.7
 """Greatest spread that is tabulated, at least [1]."""
 
 
-class GlintDeviations(NamedTuple):
-    """Deviations of the glints of n neighbourhoods from the departure off a calm surface."""
+class GlintStatistics(NamedTuple):
+    """What the spread of the departure directions of glints to n neighbourhoods follows from."""
 
-    tilt: Floats
-    """See `glint_spread.LegSpread`, shape (n,)."""
-    turn: Floats
-    """See `glint_spread.LegSpread`, shape (n,)."""
-    slopes: Floats
-    """See `glint_spread.GlintSpread`."""
-    reach: float
-    """Standard deviations that count."""
+    elevation_change: Floats
+    """Change of elevation per slope along the path, see `glint_spread.LegSpread` [rad], shape (n,)."""
+    bearing_change: Floats
+    """Change of bearing per slope across the path, see `glint_spread.LegSpread` [rad], shape (n,)."""
+    slope_covariance: Floats
+    """Covariance of the slopes: north-north, north-east, east-east [1], shape (3,)."""
+    max_deviations: float
+    """Number of standard deviations beyond which directions are neglected."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def pattern_with_spread(table: Floats, unspread: float, per_unit: float, x: float, spread: float) -> float:
-    """Pattern at distance x from its axis, in the fourth-power mean over directions spread by so much.
+    """Fourth root of the mean fourth power of a pattern's majorant over directions spread about x from its axis.
 
     Args:
-        table: Of `glint_spread.spread_gain_tables`.
-        unspread: Envelope of the pattern there without any spread [1].
+        table: That mean by spread and distance, from `glint_spread.spread_gain_tables`.
+        unspread: The majorant at x [1].
         per_unit: Rows of the beam's own table per unit of direction cosine [1].
         x: Distance from the axis in direction cosine [1].
-        spread: Standard deviation of the direction cosine [1].
+        spread: Standard deviation of the direction cosine, distributed as `MIXTURE_DEVIATIONS` [1].
     """
     if table.shape[0] == 0 or spread <= 0.0:
         return unspread
@@ -62,56 +62,67 @@ def pattern_with_spread(table: Floats, unspread: float, per_unit: float, x: floa
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cosine_spreads(
-    ray_north: float, ray_east: float, down: float, tilt: float, turn: float, slopes: Floats, axes: Floats
-) -> tuple[float, float]:
-    """Standard deviations of a departing glint's cosines to the right and down of an array [1].
+    ray_north: float, ray_east: float, down: float, elevation_change: float, bearing_change: float,
+    slope_covariance: Floats, axes: Floats,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Standard deviations of the direction cosines of departing glints along the axes of an array [1].
 
     Args:
-        ray_north: North of the horizontal direction to the far end of the leg [1].
-        ray_east: East of it [1].
-        down: Downward component of the departure [1].
-        tilt: See `glint_spread.LegSpread`.
-        turn: See `glint_spread.LegSpread`.
-        slopes: See `glint_spread.GlintSpread`.
+        ray_north: North component of the horizontal unit vector to the far end of the leg [1].
+        ray_east: East component [1].
+        down: Downward component of the departure off a calm boundary [1].
+        elevation_change: See `GlintStatistics` [rad].
+        bearing_change: See `GlintStatistics` [rad].
+        slope_covariance: See `GlintStatistics`, shape (3,).
         axes: Boresight, right and down of the array in the world, as rows, shape (3, 3).
+
+    Returns:
+        Deviations of the cosines to the right and down, and of that to boresight.
     """
+    variances = slope_covariance
     horizontal = math.sqrt(max(1.0 - down * down, 0.0))
-    along = ray_north * ray_north * slopes[0] + 2 * ray_north * ray_east * slopes[1] + ray_east * ray_east * slopes[2]
-    across = slopes[0] + slopes[2] - along
-    up, right = tilt * math.sqrt(max(along, 0.0)), turn * math.sqrt(max(across, 0.0))
-    u = up * (-down * (ray_north * axes[1, 0] + ray_east * axes[1, 1]) + horizontal * axes[1, 2])
-    v = up * (-down * (ray_north * axes[2, 0] + ray_east * axes[2, 1]) + horizontal * axes[2, 2])
-    s = right * (ray_north * axes[1, 1] - ray_east * axes[1, 0])
-    t = right * (ray_north * axes[2, 1] - ray_east * axes[2, 0])
-    return math.sqrt(u * u + s * s), math.sqrt(v * v + t * t)
+    along = (
+        ray_north * ray_north * variances[0] + 2 * ray_north * ray_east * variances[1]
+        + ray_east * ray_east * variances[2]
+    )  # fmt: skip
+    across = variances[0] + variances[2] - along
+    elevation = elevation_change * math.sqrt(max(along, 0.0))
+    bearing = bearing_change * math.sqrt(max(across, 0.0))
+    u = elevation * (-down * (ray_north * axes[1, 0] + ray_east * axes[1, 1]) + horizontal * axes[1, 2])
+    v = elevation * (-down * (ray_north * axes[2, 0] + ray_east * axes[2, 1]) + horizontal * axes[2, 2])
+    w = elevation * (-down * (ray_north * axes[0, 0] + ray_east * axes[0, 1]) + horizontal * axes[0, 2])
+    s = bearing * (ray_north * axes[1, 1] - ray_east * axes[1, 0])
+    t = bearing * (ray_north * axes[2, 1] - ray_east * axes[2, 0])
+    r = bearing * (ray_north * axes[0, 1] - ray_east * axes[0, 0])
+    return math.sqrt(u * u + s * s), math.sqrt(v * v + t * t), math.sqrt(w * w + r * r)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def glint_bounds(
-    direction: Floats, margin: Floats, horizontal: Floats, spread: GlintDeviations, beams: BeamMajorants,
+    direction: Floats, margin: Floats, horizontal: Floats, statistics: GlintStatistics, beams: BeamMajorants,
     out: Floats,
 ) -> None:  # fmt: skip
-    """Bound of every beam's magnitude within some deviations of the glints of n neighbourhoods, into out (n,).
+    """Upper bound of the magnitudes of all beams at the glints to n neighbourhoods, out to some standard deviations.
 
     Args:
-        direction: Unit vectors of departure off a calm surface, shape (n, 3).
-        margin: How far from them rays to the neighbourhood can leave [rad], shape (n,).
-        horizontal: Horizontal directions to the neighbourhoods [1], shape (n, 2).
-        spread: Deviations of the glints.
+        direction: Unit vectors of departure off a calm boundary, shape (n, 3).
+        margin: Half angles of the cones in which rays to the neighbourhoods leave about them [rad], shape (n,).
+        horizontal: Horizontal unit vectors to the neighbourhoods, shape (n, 2).
+        statistics: Spread of the glints.
         beams: The beams.
-        out: Result.
+        out: Result [1], shape (n,).
     """
-    tilt, turn = spread.tilt, spread.turn
+    reach = statistics.max_deviations
     for n in range(direction.shape[0]):
         cos_margin, sin_margin = math.cos(min(margin[n], math.pi)), math.sin(min(margin[n], math.pi))
         w, u, v = array_cosines(beams.axes, direction[n, 0], direction[n, 1], direction[n, 2])
-        su, sv = cosine_spreads(
-            horizontal[n, 0], horizontal[n, 1], direction[n, 2], tilt[n], turn[n], spread.slopes,
-            beams.axes,
+        su, sv, sw = cosine_spreads(
+            horizontal[n, 0], horizontal[n, 1], direction[n, 2], statistics.elevation_change[n],
+            statistics.bearing_change[n], statistics.slope_covariance, beams.axes,
         )  # fmt: skip
-        su, sv = spread.reach * su, spread.reach * sv
+        su, sv = reach * su, reach * sv
         _, w = cosine_bounds(w, cos_margin, sin_margin)
         u0, u1 = cosine_bounds(u, cos_margin, sin_margin)
         v0, v1 = cosine_bounds(v, cos_margin, sin_margin)
-        w = min(w + max(su, sv), 1.0) + 1e-12
+        w = min(w + reach * sw, 1.0) + 1e-12
         out[n] = largest_beam(beams, w, (u0 - su, u1 + su), (v0 - sv, v1 + sv))

@@ -128,7 +128,7 @@ class GlintSpread:
         )
         horizontal = np.where(distance[:, None] > 1e-6, away / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
         gain_bound = np.empty(len(centre))
-        spread = kernel.GlintDeviations(tilt, turn, np.array(self.slopes), MAX_DEVIATIONS)
+        spread = kernel.GlintStatistics(tilt, turn, np.array(self.slopes), MAX_DEVIATIONS)
         kernel.glint_bounds(cones.axis, cones.half_angle, horizontal, spread, beams.kernel_majorants, gain_bound)
         return np.asarray(gain_bound * amplitude)
 

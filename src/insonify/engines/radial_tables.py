@@ -138,8 +138,8 @@ class FamilyTable(NamedTuple):
     """Product of all bounces of a family, over evenly spaced sines of the grazing angle [1], (f, nodes)."""
     direction_factor: Singles
     """Direction factor of a law that is a product of two, see `CompiledLaw.factor`; empty for any other."""
-    absorption_octaves: float
-    """Absorption [octaves of pressure/m]."""
+    absorption_exponent: float
+    """Absorption as the base-2 exponent of pressure [1/m]."""
     refraction: RefractionTable = STRAIGHT
     """Rays of layered water."""
 

@@ -292,11 +292,12 @@ def add_shaped_spike(
 def mix_series(
     typingctx: Any, polynomials: Any, series: Any, shape: Any, e: Any, begin: Any, mixed: Any
 ) -> Any:  # fmt: skip
-    """Sums of series of echoes at element e, from index `begin` of the results on; float32.
+    """Chebyshev series of echoes at element e: turns beyond the third term, spreading, basis coordinate; float32.
 
-    mixed[c, begin + i] = sum over k of polynomials[e, k] * series[c, k, i] for i from `first` to `stop`: of the first
-    column c from term 3 on, of the others to `kept`. Up to 15 more are touched. shape: terms, kept, tile, first,
-    stop, wide; series: (3, terms, tile); mixed: (3, wide).
+    mixed[c, begin + i] = sum over k of polynomials[e, k] * series[c, k, i] for i from `start` to `stop`: for the turns,
+    c = 0, from term 3 on, for the other two up to term `kept`. Both arrays are padded: up to 15 entries after `stop`
+    are read, and overwritten. shape: terms, kept, tile, start, stop, width; series: (3, terms, tile); mixed:
+    (3, width).
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:

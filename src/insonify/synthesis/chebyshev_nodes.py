@@ -1,12 +1,12 @@
-"""Chebyshev nodes along an array: the points at which echoes are evaluated exactly, and interpolated elsewhere.
+"""Chebyshev nodes along an array: points at which echoes are evaluated exactly; between them they are interpolated.
 
-The delay of an echo at a position x along a straight array, |r u - x| / c, is analytic but for points a distance r from
-the array in the complex plane: interpolation through Chebyshev nodes converges to it geometrically.
-The parabolic motion of each element of a rotating platform is the same mixture of the motions of the nodes.
+The delay of an echo at a position x along a straight array, |r u - x| / c, is analytic except at two points of the
+complex plane at a distance r from the array's centre: interpolation through Chebyshev nodes converges geometrically.
+The parabolic motion of each element of a rotating platform is interpolated exactly by the same weights.
 
-Source: error of interpolation at Chebyshev nodes at most 4 M rho^-n / (rho - 1) for functions analytic within the
-ellipse of sum of half axes rho; Trefethen (2013), Approximation Theory and Approximation Practice, theorem 8.2 (from
-memory).
+Source: error of interpolation of degree n at Chebyshev nodes at most 4 M rho^-n / (rho - 1) for functions analytic, and
+not larger than M, within the ellipse of sum of half axes rho; Trefethen (2013), Approximation Theory and Approximation
+Practice, theorem 8.2 (from memory).
 """
 
 import math
@@ -40,7 +40,7 @@ def aperture_nodes(
         min_radius: Least radius of the received wavefronts [m].
         latest_arrival: Time of the last arrival [s].
         wavelength: Wavelength of the carrier [m].
-        extra_positions: Further interpolation points along a straight array, -1..1, shape (p,); they need nodes.
+        extra_positions: Further interpolation points along a straight array, -1..1, shape (p,); without nodes: unused.
     """
     line = straight_array(position, velocity, acceleration, latest_arrival)
     if line is not None:

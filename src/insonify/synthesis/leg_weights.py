@@ -1,4 +1,4 @@
-"""Complex weight of a leg in each channel: amplitude, beam gain and carrier phase."""
+"""Complex weight of a leg in each beam: amplitude, beam gain and carrier phase."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,14 +45,17 @@ def weights_from_gain(gain: Floats, legs: Legs, frequency: float, scale: float =
 def weights_from_two_gains(
     transmit_gain: Floats, receive_gain: Floats, legs: Legs, frequency: float, scale: float
 ) -> tuple[Complexes, Complexes]:
-    """Complex weights of legs for transmission and for reception, where both are the same; see `weights_from_gain`.
+    """Complex weights of legs that serve for transmission and for reception; see `weights_from_gain`.
 
     Args:
-        transmit_gain: Gain of the transmit beams towards the legs [1], shape (beams, f, n).
-        receive_gain: Gain of the receive beams towards the legs [1], shape (beams, f, n).
+        transmit_gain: Gain of the transmit beams towards the legs [1], shape (transmit beams, f, n).
+        receive_gain: Gain of the receive beams towards the legs [1], shape (receive beams, f, n).
         legs: Legs between one end and n points, by f families.
         frequency: Carrier [Hz].
         scale: Factor on the weights of the transmit beams.
+
+    Returns:
+        Weights of the transmit and of the receive beams, shapes of the gains.
     """
     transmit, receive = np.empty(transmit_gain.shape, complex), np.empty(receive_gain.shape, complex)
     _fill_weights(transmit_gain, receive_gain, legs.amplitude, legs.delay, frequency, scale, transmit, receive)
@@ -64,7 +67,7 @@ def _fill_weights(
     transmit_gain: Floats, receive_gain: Floats, amplitude: Complexes, delay: Floats, frequency: float, scale: float,
     transmit: Complexes, receive: Complexes,
 ) -> None:  # fmt: skip
-    """Fill the weights; the carrier's cycles are in float64 because there are thousands of them."""
+    """Fill the weights; cycles of the carrier are in float64: of thousands, the fraction counts."""
     for f in range(delay.shape[0]):
         for n in range(delay.shape[1]):
             cycles = -frequency * delay[f, n]

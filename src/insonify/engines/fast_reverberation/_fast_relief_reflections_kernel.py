@@ -147,7 +147,7 @@ def _reflect(count: int, sign: float, absorption: np.float32, workspace: Floats)
     Args:
         count: Number of legs.
         sign: Factor of the vertical direction at the sonar.
-        absorption: Absorption [octaves of pressure/m].
+        absorption: Absorption as the base-2 exponent of pressure [1/m].
         workspace: Columns of `_interpolate_columns`. Result: arrival; departure; pressure; length [m], and root [1].
     """
     for q in range(np.uint64(count)):  # in one array: no loop over so many arrays is vectorised
@@ -186,7 +186,7 @@ def write_image_paths(
         table: Tables of the families.
         legs: Result, in row f of its columns.
     """
-    direction_factor, absorption = table.direction_factor, np.float32(table.absorption_octaves)
+    direction_factor, absorption = table.direction_factor, np.float32(table.absorption_exponent)
     delay, amplitude, departure, arrival = legs.delay[f], legs.amplitude[f], legs.departure[f], legs.arrival[f]
     sign = 1.0
     for q in range(table.bounce_codes.shape[1]):
@@ -227,7 +227,7 @@ def displace_refracted_legs(
         table: Tables of the families.
         legs: Legs over the mean seabed, changed in row f of its columns.
     """
-    direction_factor, absorption, image = table.direction_factor, table.absorption_octaves, table.image_depths[f]
+    direction_factor, absorption, image = table.direction_factor, table.absorption_exponent, table.image_depths[f]
     delay, amplitude, departure, arrival = legs.delay[f], legs.amplitude[f], legs.departure[f], legs.arrival[f]
     sign = 1.0
     for q in range(table.bounce_codes.shape[1]):

@@ -102,7 +102,7 @@ def unoccluded_amplitudes(
         depth: Depth of the sonar [m].
         arrival: Direction of travel of the direct legs at the samples [1], (3, n).
         normal: Unit normals into the water, (3, n).
-        absorption: Absorption [octaves of pressure per m].
+        absorption: Absorption as the base-2 exponent of pressure [1/m].
         direction_factor: Factor of one direction in the cross section, by the root of 1 less the sine of the grazing
             angle, (k,); empty: none.
         unoccluded: Result [1], (m,).

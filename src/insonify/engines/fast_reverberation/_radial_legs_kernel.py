@@ -42,8 +42,8 @@ class FamilyImage(NamedTuple):
     """Depth of the image source [m]."""
     slowness: float
     """One over the speed of sound [s/m]."""
-    absorption_octaves: float
-    """Absorption [octaves of pressure/m]."""
+    absorption_exponent: float
+    """Absorption as the base-2 exponent of pressure [1/m]."""
     vertical_sign: float
     """Sign of the vertical direction at the sonar re that at the sample: -1 for an odd number of bounces, else 1."""
     family: int
@@ -151,7 +151,7 @@ def straight_legs(
     distance = facets.distance
     delay, arrival_n, arrival_e, arrival_d, departure_n, departure_e, departure_d, pressure, root_slant = legs
     (cosines, sines, beam_n, beam_e), slowness, sign = bearings, image.slowness, np.float32(image.vertical_sign)
-    absorption = np.float32(image.absorption_octaves)
+    absorption = np.float32(image.absorption_exponent)
     cosine = root_slant  # of the leg's elevation, until the last loop
     # Three loops: the compiler vectorises no loop over all of these columns.
     for i in range(distance.size):

@@ -88,7 +88,7 @@ def refracted_legs(
     distance = facets.distance
     delay, arrival_n, arrival_e, arrival_d, departure_n, departure_e, departure_d, pressure, _ = legs
     (cosines, sines, beam_n, beam_e), slowness, sign = bearings, image.slowness, np.float32(image.vertical_sign)
-    absorption, one = np.float32(image.absorption_octaves), np.float32(1)
+    absorption, one = np.float32(image.absorption_exponent), np.float32(1)
     for i in range(np.uint64(distance.size)):
         row = np.uint64(8) * i
         dz = depth[i] - image.depth

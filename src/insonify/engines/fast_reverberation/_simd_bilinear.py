@@ -1,6 +1,6 @@
-"""Bilinear interpolation of eight columns at once in vector instructions.
+"""Bilinear interpolation of eight values at once in vector instructions.
 
-Compilers do not make vectors of the eight columns of a point, as they are stored where nodes might lie.
+Compilers do not vectorise the eight values of a point, because the result might overlap the nodes.
 """
 
 from typing import Any
@@ -16,16 +16,16 @@ LANES = 8
 
 @intrinsic
 def bilinear_columns(typingctx: Any, nodes: Any, node: Any, below: Any, fractions: Any, columns: Any, row: Any) -> Any:
-    """Eight columns between the four nodes about a point; float32.
+    """Eight values between the four nodes about a point; float32, C-contiguous.
 
     Args:
         typingctx: Context of the compiler.
-        nodes: Columns of the nodes in turn, eight each.
-        node: First column of the upper left node; those of the upper right one follow.
-        below: Distance from a node to the one below it [columns].
+        nodes: Eight values of each node, node after node.
+        node: Offset of the first value of the upper left node; those of the upper right one follow.
+        below: Offset from the values of a node to those of the node below it.
         fractions: Distances of the point from the upper left node, to the right and down [node spacings].
-        columns: Result, columns of points.
-        row: First column of the point.
+        columns: Result: eight values of each point.
+        row: Offset of the first value of the point.
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:

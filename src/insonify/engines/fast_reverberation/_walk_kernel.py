@@ -176,7 +176,7 @@ def legs_to_samples(
         columns = FamilyLegs(delay[f, n:stop], arrival[f, 0, n:stop], arrival[f, 1, n:stop], arrival[f, 2, n:stop],
                              departure[f, 0, n:stop], departure[f, 1, n:stop], departure[f, 2, n:stop], pressure,
                              root_slant)  # fmt: skip
-        image = FamilyImage(table.image_depths[f], 1 / channel.sound_speed, table.absorption_octaves, sign, f)
+        image = FamilyImage(table.image_depths[f], 1 / channel.sound_speed, table.absorption_exponent, sign, f)
         bounce_sine = arrival[f, 2, n:stop]
         if table.refraction.nodes.size == 0:
             straight_legs(facets, depth, image, bearings, reached_families[:m], columns)

@@ -1,10 +1,10 @@
 """Bottom bounces over relief in fast reverberation: legs reflected by planes fitted to the terrain at their bounces.
 
-Along radials, every bounce is a reflection at the mean plane, as in the keep probabilities of pairs. Over relief, legs
-with bottom bounces are replaced by those of `local_plane_paths` at the samples where any pair requests them. Bounces of
-successive samples lie much closer together than their Fresnel zones are wide, so planes are fitted for some samples
-only, the nodes. Between two nodes of a radial the image of the sonar in the planes is linear. Occlusion by terrain and
-targets remains that over the mean plane.
+Legs are evaluated along radials with every bounce at the mean plane first, as in the keep probabilities of pairs. Over
+relief, those with bottom bounces are then replaced by those of `local_plane_paths`, at the samples where any pair needs
+them. Bounces of successive samples lie much closer together than their Fresnel zones are wide, so planes are fitted for
+some samples only, the nodes. Between two nodes of a radial the position of the image source is interpolated linearly.
+Occlusion by terrain and targets is that of the legs by the mean plane.
 """
 
 import numpy as np
@@ -30,16 +30,17 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 ZONE_PART = 0.125
-"""Longest distance between the bounces of successive nodes, re the half width of the Fresnel zone [1]."""
+"""Longest distance between the bounces of successive nodes, re half the width of the first Fresnel zone [1]."""
 
 
-def bounce_off_relief(
+def reflect_at_fitted_planes(
     rays: PropagationModel, terrain: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan,
     part: RadialSet, legs: RadialLegs,
 ) -> None:  # fmt: skip
-    """Replace the legs with bottom bounces of some radials by legs off planes fitted to the seabed at each bounce.
+    """Evaluate all legs with bottom bounces again, each reflected at planes fitted to the seabed at its bounces.
 
-    Refracted legs are moved by what these planes change in straight ones.
+    Refracted legs get the differences of delay and directions between straight legs by these planes and by the mean
+    seabed, and keep their reflection coefficients.
 
     Args:
         rays: Propagation model of the scene.
@@ -57,7 +58,7 @@ def bounce_off_relief(
         if "B" not in family:
             continue
         height = abs(terrain.depth - float(plan.table.image_depths[f]))
-        spacing = _node_spacing(family, float(position[2]), height, terrain.depth, wavelength), height
+        spacing = _node_spacing_factor(family, float(position[2]), height, terrain.depth, wavelength), height
         count, nodes = reached_samples(position, legs.amplitude[f], legs, list_starts, beam_bearing, spacing, columns)
         if count:
             point = columns.point[:nodes]
@@ -77,15 +78,15 @@ def bounce_off_relief(
 def _displaced_paths(
     plan: ReverberationPlan, f: int, position: Floats, point: Floats, terrain: SeabedTerrain, wavelength: float
 ) -> ImagePaths:
-    """Straight paths of one family to points, off planes fitted where refracted rays bounce.
+    """Straight legs of one family to points, by planes fitted where refracted rays bounce.
 
-    Where there is no such path, that off the mean seabed.
+    Where there is no such leg, that by the mean seabed.
 
     Args:
         plan: The reverberation plan.
         f: Row of the family.
         position: North, east, depth of the sonar [m], (3,).
-        point: The same of the points [m], (n, 3).
+        point: North, east, depth of the points [m], (n, 3).
         terrain: Terrain of the seabed.
         wavelength: Wavelength of the sound [m].
     """
@@ -100,15 +101,16 @@ def _displaced_paths(
     return paths
 
 
-def _node_spacing(family: str, source: float, height: float, depth: float, wavelength: float) -> float:
-    """Longest segment along a radial over the root of the leg's length [m^0.5].
+def _node_spacing_factor(family: str, source: float, height: float, depth: float, wavelength: float) -> float:
+    """Largest distance of successive nodes along a radial over the square root of the leg's length [m^0.5].
 
-    Within a segment no bounce moves by more than `ZONE_PART` of the half width of its first Fresnel zone.
+    From node to node no bounce moves by more than `ZONE_PART` of half the width of its first Fresnel zone; the last
+    bottom bounce moves farthest.
 
     Args:
         family: Name of a family with bottom bounces.
         source: Depth of the sonar [m].
-        height: Height of its image above or below the mean seabed [m].
+        height: Height of the sonar's image above or below the mean seabed [m].
         depth: Depth of the mean seabed [m].
         wavelength: Wavelength of the sound [m].
     """

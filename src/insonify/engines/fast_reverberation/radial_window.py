@@ -1,4 +1,4 @@
-"""Window of the seabed's map that the radials of one ping cross, and radials that pass targets."""
+"""Window of the seabed's map that the radials of one ping cross, and radials that cross targets."""
 
 import math
 from dataclasses import dataclass, field
@@ -29,24 +29,24 @@ class TerrainWindow:
     start: tuple[float, float] = (0.0, 0.0)
     """Start of the radials, along the map's axes from the first node of the window [m]."""
     side: int = 1
-    """Tiles along each side of the window."""
+    """Tiles of the map along each side of the window."""
     corner: NDArray[np.int64] = field(default_factory=lambda: np.zeros(2, np.int64))
-    """Numbers of its first tile."""
+    """Row and column of its first tile in the map."""
     crossed: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
-    """Numbers in the window of the tiles that the radials cross, (n, 2)."""
+    """Row and column in the window of the tiles that the radials cross, (n, 2)."""
 
 
 def terrain_window(
     terrain: SeabedTerrain | None, ping_geometry: PingGeometry, step: float, parts: list[RadialSet], farthest: float
 ) -> TerrainWindow | None:
-    """The window of one ping; None if its radials cross more tiles than the map can cache.
+    """The window of one ping, without tiles for a flat seabed; None if radials cross more than the map can cache.
 
     Args:
         terrain: Terrain of the seabed; None for a flat seabed.
         ping_geometry: The sonar at this ping.
-        step: Distance of samples along the radials [m].
+        step: Spacing of samples along the radials [m].
         parts: All radials of the ping with their samples.
-        farthest: Largest horizontal distance that is received [m].
+        farthest: Largest horizontal distance from which echoes are received [m].
     """
     if terrain is None:
         return TerrainWindow()
@@ -65,10 +65,12 @@ def terrain_window(
     return None if len(tiles) > MAX_TILES else TerrainWindow(start, side, np.array(first), tiles)
 
 
-def radials_past_targets(
+def radials_crossing_targets(
     plan: ReverberationPlan, ping_geometry: PingGeometry, heading: float, edges: str
 ) -> NDArray[np.bool_]:
-    """Mask of radials that reach each target's distance and pass it or its zone of edge diffraction, (t, s).
+    """Mask of radials that cross each target's bounding cylinder, widened by its zone of edge diffraction, (t, s).
+
+    A radial has its cell's width; of a target over or under the sonar, all radials.
 
     Args:
         plan: The plan of the radials.
@@ -88,7 +90,7 @@ def radials_past_targets(
 
 
 def _diffraction_margin(distance: Floats, wavelength: float, edges: str) -> Floats | float:
-    """Largest angle from a target's edge at which its edge diffraction is evaluated [rad]."""
+    """Angle beyond a target's edge up to which its edge diffraction is evaluated [rad]."""
     if edges == "none":
         return 0.0
     return np.asarray(ROUGH_RIPPLES * np.sqrt(wavelength / (2 * np.maximum(distance, wavelength))))

@@ -45,8 +45,8 @@ class RaysFromDepth(NamedTuple):
     """Depth of the sonar [m]."""
     sound_speed: float
     """Sound speed of the straight rays that the table compares with [m/s]."""
-    absorption_octaves: float
-    """Absorption [octaves of pressure/m]."""
+    absorption_exponent: float
+    """Absorption as the base-2 exponent of pressure [1/m]."""
 
 
 def refraction_table(
@@ -147,7 +147,7 @@ def _family_columns(end: RaysFromDepth, family: str, depth: Floats, distance: Fl
     columns[:, column.DELAY] = ray.delay - length / end.sound_speed
     columns[:, column.ARRIVAL] = ray.arrival_sine - sine
     columns[:, column.DEPARTURE] = ray.launch_sine * (-1 if family.startswith("S") else 1) - sine
-    columns[:, column.PRESSURE] = ray.amplitude * length * 2.0 ** (-end.absorption_octaves * (ray.length - length))
+    columns[:, column.PRESSURE] = ray.amplitude * length * 2.0 ** (-end.absorption_exponent * (ray.length - length))
     columns[:, column.GRAZING] = grazing - sine
     launches = end.rays.launch_angles(end.source_depth)
     bounces = launches.bounce_ranges(family, launch_slope(family, ray.launch_sine))

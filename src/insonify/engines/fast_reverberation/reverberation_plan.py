@@ -43,26 +43,27 @@ class ReverberationPlan:
     radials: Floats
     """See `radial_columns`, (s, 9)."""
     step: float
-    """Distance of samples along the radials [m]."""
+    """Spacing of samples along the radials [m]."""
     allocation: SampleAllocation
     table: FamilyTable
     """Tables of the families."""
     bounding_cylinders: Floats
-    """Middle, north and east, radius, depths of top and base of an upright cylinder about each target that casts a
+    """North and east of the axis, radius, depths of top and base of an upright cylinder about each target that casts a
     shadow [m], (t, 5)."""
     lists: SampleLists
-    """Samples of each radial if it passes no target."""
+    """Samples of each radial, shadows of targets disregarded."""
 
     @property
     def sample_count(self) -> int:
-        """Number of samples of the seabed of a ping whose radials pass no target."""
+        """Number of samples of the seabed of a ping, shadows of targets disregarded."""
         return int(self.lists.sample_counts.sum())
 
     @cached_property
     def energy(self) -> NDArray[np.float32]:
-        """Energy of every pair from each range bin of each radial without targets [m^-2], (s, b, p).
+        """Energy of every pair, both orders, from each range bin of each radial, re the pulse's energy at 1 m.
 
-        Beams are evaluated across the width of each radial: near a null the gain in its middle is too small.
+        Shape (s, b, p) [m^-2], over the mean seabed without targets. Beams are evaluated across the width of each
+        radial: near a null the gain on its centre line is less than the mean over its width.
         """
         across = self.radials.copy()
         across[:, column.BEAM_SPREAD] = across[:, column.CELL_WIDTH]
@@ -100,7 +101,7 @@ class RadialLines(NamedTuple):
     radials: Floats
     """Result of `radials_in_view`, (s, 9)."""
     step: float
-    """Distance of samples along them [m]."""
+    """Spacing of samples along them [m]."""
     heading: float
     """Heading of their frame [rad]."""
 
@@ -117,7 +118,7 @@ def plan_reverberation(
         families: Families that reach the seabed.
         law: Scattering law of the seabed.
         lines: The radials.
-        rise: Largest height of the seabed above or below its mean depth [m].
+        rise: Largest deviation of the seabed from its mean depth [m].
         refraction: Refraction table of the families.
     """
     objects = map(Identity, (lines.radials, rays, law, refraction.nodes))
@@ -158,14 +159,14 @@ def _plan(
         horizon_rising=np.array([name.endswith("B") for name in horizon_names]),
         reflection_products=reflection_products,
         direction_factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
-        absorption_octaves=absorption_octaves(loss_db), refraction=refraction,
+        absorption_exponent=absorption_exponent(loss_db), refraction=refraction,
     )  # fmt: skip
     lists = _sample_lists(sampling.radials, heading, step, sampling, sampling.keep_probability, table)
     return ReverberationPlan(families, law, sampling.radials, step, sampling, table, bounding_cylinders(scene), lists)
 
 
-def absorption_octaves(loss_db: float) -> float:
-    """Absorption [octaves of pressure/m] from that in decibels [dB/m]."""
+def absorption_exponent(loss_db: float) -> float:
+    """Absorption as the base-2 exponent of pressure [1/m] from that in decibels [dB/m]."""
     return loss_db / 20 * float(np.log2(10))
 
 

@@ -116,7 +116,7 @@ def shadow_radials(
         ping_geometry: The sonar at this ping.
         path_settings: Path settings.
         heading: Heading of the radials' frame [rad].
-        passing: Mask of radials that pass each of t targets, see `radials_past_targets`, (t, s).
+        passing: Mask of radials that pass each of t targets, see `radials_crossing_targets`, (t, s).
     """
     any_target = np.asarray(passing.any(axis=0), bool)
     runs = _shadow_runs(plan, rays, ping_geometry, path_settings, heading, passing)

@@ -26,7 +26,7 @@ Rows = NDArray[np.int64]
 
 
 class ShadedSamples(NamedTuple):
-    """Samples on radials that may pass a target."""
+    """Samples on radials that may cross a target."""
 
     points: Rows
     """Rows of the samples, (k,)."""
@@ -35,7 +35,7 @@ class ShadedSamples(NamedTuple):
 
 
 def unlit_rows(plan: ReverberationPlan, legs: RadialLegs, pairs: PairSamples) -> Rows:
-    """Positions, in the direct pair's list, of samples without a direct leg before occlusion by targets, (m,)."""
+    """Indices, in the direct pair's list, of samples without a direct leg before occlusion by targets, (m,)."""
     direct_pair, direct = plan.direct_rows
     if direct_pair < 0:
         return np.zeros(0, np.int64)
@@ -62,7 +62,7 @@ def sample_origins(
     plan: ReverberationPlan, position: Callable[[], Floats], legs: RadialLegs, pairs: PairSamples, unlit: Rows,
     shaded: ShadedSamples | None,
 ) -> Origins:  # fmt: skip
-    """Positions of the samples of some radials, evaluated where they are needed, and their occluded direct legs.
+    """Positions of the samples of some radials, evaluated when first requested, and their occluded direct legs.
 
     Args:
         plan: The reverberation plan.
@@ -70,7 +70,7 @@ def sample_origins(
         legs: Legs to the samples of the radials.
         pairs: Samples of each pair.
         unlit: Result of `unlit_rows`.
-        shaded: Occlusion by targets; None: none.
+        shaded: Occlusion by targets; None where no target shades.
     """
 
     def positions() -> tuple[Floats, Singles]:
@@ -86,7 +86,7 @@ def sample_origins(
         unoccluded, points = np.empty(len(occluded), np.complex64), pairs.rows[direct_pair, occluded]
         unoccluded_amplitudes(
             points, legs.range_depth, plan.table.image_depths[direct], legs.arrival[direct],
-            legs.normal, plan.table.absorption_octaves, plan.table.direction_factor, unoccluded,
+            legs.normal, plan.table.absorption_exponent, plan.table.direction_factor, unoccluded,
         )  # fmt: skip
         if plan.table.refraction.nodes.size:
             distance, depth = legs.range_depth[:, points]
@@ -100,12 +100,14 @@ def sample_origins(
 def _occluded_points(
     legs: RadialLegs, pairs: PairSamples, unlit: Rows, shaded: ShadedSamples | None, direct_pair: int, direct: int
 ) -> tuple[Rows, Floats, NDArray[np.int16]]:
-    """Samples of the direct pair whose leg is occluded, the fraction of the energy that is lost [1], and the occluders.
+    """Occluded samples of the direct pair, the fraction of two-way energy that each loses [1], and the occluders.
+
+    A sample hidden by terrain and by a target counts as hidden by the target.
 
     Arguments see `sample_origins`.
 
     Returns:
-        Positions in the direct pair's list, fractions, and rows of the occluders, each of shape (k,).
+        Indices in the direct pair's list, fractions, and rows of the occluders, each of shape (k,).
     """
     lost_fraction, occluder_row = np.ones(len(unlit)), np.full(len(unlit), SEABED_OCCLUDER, np.int16)
     if shaded is None or direct_pair < 0:
