@@ -1,5 +1,7 @@
 """Refracted legs over relief that are followed only where they are needed, and lines of seabed that hide nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,8 @@ from insonify.engines._terrain_diffraction_kernel import falls_within
 from insonify.engines.relief_reflections import reflect_off_relief
 from insonify.engines.terrain_occlusion import TerrainOcclusion
 from insonify.propagation._refracted_legs_kernel import bodies_passed_over
+from insonify.propagation.propagation_model import departure_cones
+from insonify.propagation.refracted_rays import refracted_rays
 from insonify.records.legs import LegStatus
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import build_simulator
@@ -151,3 +155,47 @@ def test_bodies_below_legs_are_found_one_by_one():
     grazed = set(zip(legs.tolist(), bodies.tolist(), strict=True)) - expected  # corners, cut by less than a step
     assert len(expected) > 256 and len(grazed) < 10
     assert all(leave[(legs == n) & (bodies == b)] - enter[(legs == n) & (bodies == b)] < 1e-3 for n, b in grazed)
+
+
+@pytest.fixture(scope="module")
+def heaving():
+    """Rays of a sonar whose depth varies between 10.6 and 11.4 m, in downward refracting water with a kink near it."""
+    profile = {"depth": [0, 8, 11, 20], "speed": [1505, 1500, 1497, 1485]}
+    rays = simulator_of(profile).engine.rays
+    return refracted_rays(rays.scene, replace(rays.domain, source_depths=(10.6, 11.4), is_span=True))
+
+
+@pytest.mark.parametrize("family", [*FAMILIES, "B", "SB"])
+def test_launch_angles_between_two_depths_are_those_solved_there(heaving, family):
+    """Six depths of the sonar: launch slope times distance within 1 mm, a twentieth of what counts as another ray."""
+    distance, depth = np.linspace(1, 59, 300), np.linspace(19.85, 19.999, 300)
+    for source in (10.6, 10.68, 10.9, 11.0, 11.07, 11.39):
+        found = heaving.launch_angles(source)
+        exact = heaving._launch_angles(source, None)
+        one, other = (angles.launch_slope(family, distance, depth) for angles in (found, exact))
+        assert np.isfinite(one).all()
+        assert np.abs((one - other) * distance).max() < 1e-3
+        assert found.has_single_rays(family, distance, depth) == exact.has_single_rays(family, distance, depth)
+    assert {plane % 0.125 for plane in heaving.launch_angle_planes} == {0.0}
+
+
+def test_rays_from_between_two_depths_leave_within_the_cones(heaving):
+    """Neighbourhoods of 0.1 to 10 m: every ray leaves within their cone, and arrives within the reachable range."""
+    rng = np.random.default_rng(5)
+    for source in (10.68, 11.07, 11.39):
+        sonar, centre = np.array([0.0, 0.0, source]), rng.uniform(-35, 35, (300, 2))
+        radius, turn = 10 ** rng.uniform(-1, 1, 300), rng.uniform(0, 2 * np.pi, 300)
+        place = centre + (radius * np.sqrt(rng.random(300)))[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+        points = Scatterers(
+            "seabed", "seabed", None, np.column_stack([place, np.full(300, 20.0)]), np.tile([0.0, 0.0, -1.0], (300, 1)),
+            np.ones(300), np.ones(300, complex), np.arange(300).astype(np.uint64),
+        )  # fmt: skip
+        legs = heaving.legs(sonar, points, FAMILIES, 1e5)
+        for row, family in enumerate(legs.families):
+            cones = departure_cones(heaving, family, sonar, centre, radius, 20.0)
+            off = np.arccos(np.clip(np.sum(cones.axis * legs.departure[row], axis=1), -1, 1))
+            assert cones.exists.all() and np.all(off <= cones.half_angle + 1e-6)
+        away, first = np.hypot(*place.T), legs.delay[: len(FAMILIES)].min(axis=0)
+        limit = float(np.median(first))
+        span = heaving.reachable_range((source, source), 20.0, FAMILIES, (0.0, limit), 0.0)
+        assert away[first <= limit].max() <= span.farthest

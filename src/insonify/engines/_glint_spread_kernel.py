@@ -23,7 +23,7 @@ MAX_SPREAD = 0.7
 
 
 class GlintStatistics(NamedTuple):
-    """What the spread of the departure directions of glints to n neighbourhoods follows from."""
+    """Statistics from which the departure directions of glints to n neighbourhoods spread."""
 
     elevation_change: Floats
     """Change of elevation per slope along the path, see `glint_spread.LegSpread` [rad], shape (n,)."""

@@ -37,16 +37,19 @@ class RefractedLaunchAngles:
     """Rays from one depth of the sonar in layered water; see `insonify.propagation.launch_angles.LaunchAngles`."""
 
     def __init__(
-        self, column: SoundSpeedLayers, source_depth: float, max_range: float, depth_limits: tuple[float, float]
-    ) -> None:
-        """Prepare the grids, which are solved on first use.
+        self, column: SoundSpeedLayers, source_depth: float, max_range: float, depth_limits: tuple[float, float],
+        neighbours: "tuple[RefractedLaunchAngles, RefractedLaunchAngles] | None" = None,
+    ) -> None:  # fmt: skip
+        """Prepare the grids, which are solved on first use, or interpolated between those of neighbouring depths.
 
         Args:
             column: The water, down to the deepest terrain.
             source_depth: Depth of the sonar [m].
             max_range: Largest horizontal distance [m].
             depth_limits: Depth of the highest position, and of the deepest terrain [m].
+            neighbours: Rays from a depth above and from one below, with the same limits; None: the grids are solved.
         """
+        self._neighbours = neighbours
         self._column, self._source, self._depth_limits = column, source_depth, depth_limits
         self._speed = float(np.interp(source_depth, column.depth, column.speed))
         bed_speed = float(np.interp(column.bottom_reflection_depth, column.depth, column.speed))
@@ -170,6 +173,11 @@ class RefractedLaunchAngles:
             return self._made[family]
 
     def _solve(self, family: str) -> "_ClimbGrid":
+        if self._neighbours is not None:
+            (above, upper), (below, lower) = ((near._grid(family), near._source) for near in self._neighbours)
+            share = (self._source - upper) / (lower - upper)
+            climb = above.climb + share * (below.climb - above.climb)
+            return above._replace(climb=climb, is_single=above.is_single and below.is_single)
         string, water = bounce_sequence(family), self._column
         low, high = self._depth_limits
         if string.endswith("B"):  # rays that rise from the plane meet nothing below it

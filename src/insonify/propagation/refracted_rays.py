@@ -5,6 +5,7 @@ same: directions from the horizontal slowness, which is constant along a ray; gr
 it too; absorption over the path length, with one coefficient of the water at all depths.
 """
 
+import math
 from copy import copy
 from dataclasses import dataclass, field, replace
 
@@ -53,15 +54,17 @@ class RefractedRays:
     scene: Scene
     domain: RayDomain
     layers: SoundSpeedLayers
-    travel_time_curves: dict[tuple[str, float, tuple[float, ...]], TravelTimeCurve] = field(
+    travel_time_curves: dict[tuple[str, tuple[float, ...], tuple[float, ...]], TravelTimeCurve] = field(
         default_factory=dict, repr=False
     )
-    angles_of_departure: dict[tuple[tuple[str, ...], float, tuple[float, ...]], DepartureAngles] = field(
+    single_curves: dict[tuple[str, float, float], TravelTimeCurve] = field(default_factory=dict, repr=False)
+    angles_of_departure: dict[tuple[tuple[str, ...], tuple[float, ...], tuple[float, ...]], DepartureAngles] = field(
         default_factory=dict, repr=False
     )
     expansion_tables: dict[tuple[tuple[str, ...], str, float, tuple[float, float]], ExpansionTable | None] = field(
         default_factory=dict, repr=False
     )
+    launch_angle_planes: dict[float, RefractedLaunchAngles] = field(default_factory=dict, repr=False)
     launch_angle_tables: dict[float, RefractedLaunchAngles] = field(default_factory=dict, repr=False)
     tables: EigenrayTables = field(init=False, repr=False)
     boxes: Floats = field(init=False, repr=False)
@@ -194,7 +197,7 @@ class RefractedRays:
     ) -> DepartureAngles:
         """Launch angles of all rays between the nearest and the farthest point of neighbourhoods."""
         levels = self._levels(boundary_depth, relief_height)
-        key = (families, source_depth, levels)
+        key = (families, self._planes(source_depth), levels)
         angles = self.angles_of_departure.get(key)
         if angles is None:
             if len(self.angles_of_departure) > MOST_LAUNCHED:
@@ -231,11 +234,35 @@ class RefractedRays:
         if table is None:  # two threads may both build it, with equal results
             if len(self.launch_angle_tables) > MOST_LAUNCHED:
                 self.launch_angle_tables.clear()
-            highest = min(self.tables.terrain_depths[0], *self.domain.point_depths)
-            farthest = max(self.domain.max_range, 1.0) * RANGE_MARGIN
-            table = RefractedLaunchAngles(self.layers, source_depth, farthest, (highest, self.tables.terrain_depths[1]))
-            self.launch_angle_tables[source_depth] = table
+            planes = self._planes(source_depth)
+            neighbours = None if len(planes) < 2 else (self._plane_angles(planes[0]), self._plane_angles(planes[1]))
+            table = self.launch_angle_tables[source_depth] = self._launch_angles(source_depth, neighbours)
         return table
+
+    def _plane_angles(self, source_depth: float) -> RefractedLaunchAngles:
+        """Launch angles of rays from one of the depths between which others are interpolated, cached."""
+        angles = self.launch_angle_planes.get(source_depth)
+        if angles is None:
+            if len(self.launch_angle_planes) > MOST_PLANES:
+                self.launch_angle_planes.clear()
+            angles = self.launch_angle_planes[source_depth] = self._launch_angles(source_depth, None)
+        return angles
+
+    def _launch_angles(
+        self, source_depth: float, neighbours: tuple[RefractedLaunchAngles, RefractedLaunchAngles] | None
+    ) -> RefractedLaunchAngles:
+        highest = min(self.tables.terrain_depths[0], *self.domain.point_depths)
+        farthest = max(self.domain.max_range, 1.0) * RANGE_MARGIN
+        limits = highest, self.tables.terrain_depths[1]
+        return RefractedLaunchAngles(self.layers, source_depth, farthest, limits, neighbours)
+
+    def _planes(self, source_depth: float) -> tuple[float, ...]:
+        """Depths of the sonar whose rays stand for those from one depth [m]: of a varying one, two about it."""
+        upper = math.floor(source_depth / PLANE_SPACING) * PLANE_SPACING
+        lower = upper + PLANE_SPACING
+        if not self.domain.is_span or upper <= 0 or lower >= self.layers.water_depth:
+            return (source_depth,)
+        return upper, lower
 
     def _levels(self, boundary_depth: float, relief_height: float) -> tuple[float, ...]:
         """Depths between which a boundary lies, all within the profile [m]."""
@@ -245,16 +272,25 @@ class RefractedRays:
         return tuple(sorted({min(max(depth, 0.0), self.layers.water_depth) for depth in depths}))
 
     def _sweep(self, family: str, depth: float, boundary_depths: tuple[float, ...]) -> TravelTimeCurve:
-        """Rays of a family to all distances at some depths of a boundary, cached for pings from the same depth."""
-        key = (family, depth, boundary_depths)
+        """Bounds of the rays of a family to all distances at some depths of a boundary, from about one depth."""
+        planes = self._planes(depth)
+        key = (family, planes, boundary_depths)
         if key not in self.travel_time_curves:
             if len(self.travel_time_curves) > MOST_SWEEPS:
                 self.travel_time_curves.clear()
-            farthest = max(self.domain.max_range, 1.0)
             self.travel_time_curves[key] = enclosing_curve(
-                [travel_time_curve(self.layers, family, depth, boundary, farthest) for boundary in boundary_depths]
+                [self._curve(family, plane, boundary) for plane in planes for boundary in boundary_depths]
             )
         return self.travel_time_curves[key]
+
+    def _curve(self, family: str, source_depth: float, boundary_depth: float) -> TravelTimeCurve:
+        """Rays of a family from one depth to all distances at another, cached."""
+        key = (family, source_depth, boundary_depth)
+        if key not in self.single_curves:
+            if len(self.single_curves) > MOST_SWEEPS:
+                self.single_curves.clear()
+            self.single_curves[key] = travel_time_curve(self.layers, *key, max(self.domain.max_range, 1.0))
+        return self.single_curves[key]
 
     def _assemble(
         self, geometry: HorizontalGeometry, scatterers: Scatterers, family_rays: list[FamilyRays],
@@ -320,8 +356,12 @@ STEEPEST, NEAREST = float(np.radians(89.5)), 0.1
 """Largest angle [rad] and least distance [m] from which `RefractedRays.zone_climbs` is evaluated."""
 MOST_LAUNCHED = 8
 """Number of sonar depths whose launch angles are cached."""
+MOST_PLANES = 64
+"""Number of sonar depths whose launch angles are cached to be interpolated between."""
+PLANE_SPACING = 0.125
+"""Spacing of these depths [m]: launch angles between them are accurate to some 1e-5 of the vertical travel."""
 MOST_SWEEPS = 256
-"""Number of cached travel-time curves: a heaving platform needs new ones at every ping."""
+"""Number of cached travel-time curves."""
 
 
 def refracted_rays(scene: Scene, domain: RayDomain) -> RefractedRays:
