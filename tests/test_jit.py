@@ -1,8 +1,11 @@
 """Claims about kernels that are compiled on first use: the machine code of plain numba, and stand-ins that agree."""
 
 import gc
+import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +34,7 @@ def there_and_back(x: float) -> float:
 
 
 def test_a_kernel_calls_others_whether_inlined_or_not():
-    """To the compiler a kernel is numba's own dispatcher: it is called, or inlined where that is requested."""
+    """To the compiler a kernel is a dispatcher of numba: it is called, or inlined where that is requested."""
     assert there_and_back(3.25) == 3.25
     assert there_and_back.signatures
 
@@ -39,7 +42,71 @@ def test_a_kernel_calls_others_whether_inlined_or_not():
 def test_an_inlined_kernel_is_never_compiled_by_itself():
     """`inline="always"` reaches numba: the callee leaves no machine code of its own."""
     there_and_back(1.0)
-    assert not doubled.signatures and halved.signatures
+    assert not doubled.linked.signatures and halved.linked.signatures
+
+
+def test_a_kernel_has_the_wrappers_that_are_called():
+    """For Python where Python calls it, none where only kernels do; its own instructions are the same."""
+    kernel = jit.njit(error_model="numpy")(_sum_of_halves)
+    caller = jit.njit(error_model="numpy")(lambda columns: 1.0 * kernel(columns))
+    columns = Columns(np.arange(6.0), np.arange(6.0) * 10)
+    assert caller(columns) == kernel(columns) == 123.0
+    names, texts = [], []
+    for dispatcher in (kernel.linked, kernel.dispatcher):
+        (made,) = dispatcher.overloads.values()
+        names.append([one.name for one in made.library.get_defined_functions() if not one.name.startswith("NRT_")])
+        body = next(one for one in made.library.get_defined_functions() if one.name == made.fndesc.llvm_func_name)
+        texts.append(re.sub(r"#\d+", "", str(body).replace(made.fndesc.mangled_name, "kernel")))
+    assert [len(each) for each in names] == [1, 2] and texts[0] == texts[1]
+    assert not any(name.startswith("cfunc") for name in names[1])
+
+
+def test_a_kernel_that_python_has_called_is_not_compiled_again_for_its_callers():
+    """The caller takes over what was compiled for Python, once per types of arguments."""
+    kernel = jit.njit(error_model="numpy")(lambda x: x + 1.0)
+    assert kernel(1.0) == 2.0
+    assert jit.njit(error_model="numpy")(lambda x: kernel(x) + kernel(2 * x))(1.0) == 5.0
+    assert list(kernel.linked.overloads.values()) == list(kernel.overloads.values())
+    assert not kernel.linked.stats.cache_misses
+
+
+CACHED = """
+from insonify import jit
+@jit.njit(cache=True)
+def kernel(x):
+    if x < 0.0:
+        raise ValueError("below zero:", x)
+    return x + 1.0
+@jit.njit(cache=True)
+def caller(x):
+    return 2.0 * kernel(x)
+@jit.njit(cache=True)
+def other(x):
+    return 3.0 * kernel(x)
+"""
+CALLS = """
+from kernels import {name}
+print({name}(1.0), sum({name}.stats.cache_hits.values()))
+try:
+    {name}(-1.0)
+except ValueError as error:
+    print(*error.args)
+"""
+
+
+def test_both_forms_of_a_kernel_are_cached_apart(tmp_path: Path) -> None:
+    """A kernel that was compiled for its caller is compiled for Python, too; later processes load either form."""
+    (tmp_path / "kernels.py").write_text(CACHED)
+    places = {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path]), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    for name, expected in {
+        "caller": "4.0 0", "kernel": "2.0 0", "other": "6.0 0", "caller ": "4.0 1", "kernel ": "2.0 1",
+    }.items():  # fmt: skip
+        script = CALLS.format(name=name.strip())
+        done = subprocess.run(
+            [sys.executable, "-c", script], env=os.environ | places, check=False, capture_output=True, text=True
+        )
+        assert done.stdout.splitlines() == [expected, "below zero: -1.0"], done.stderr
+    assert len(list(tmp_path.rglob("kernels.kernel*.nbc"))) == 2
 
 
 class Columns(NamedTuple):
@@ -72,7 +139,7 @@ def test_a_kernel_that_counts_no_references_borrows_its_arrays():
     """Sums of views, and counts, are as before; instructions that change counts are gone."""
     columns = Columns(np.arange(6.0), np.arange(6.0) * 10)
     before = [sys.getrefcount(column) for column in columns]
-    assert both_sums(columns) == (123.0, 123.0)
+    assert both_sums(columns) == (counted(columns), uncounted(columns)) == (123.0, 123.0)
     assert [sys.getrefcount(column) for column in columns] == before
     with_counts, without = (
         sum(text.count("call void @NRT_") for text in kernel.inspect_llvm().values()) for kernel in (counted, uncounted)

@@ -3,8 +3,8 @@
 Importing numba and making its first call ready takes half a second, and each of some 440 decorated functions a little.
 A scenario that is only checked, or a recording that is only drawn, calls none of them. So kernels are decorated with
 the `njit` of this module: what stands at the module's top level is a `Kernel`, and numba is imported when one is called
-for the first time. For the compiler a kernel that calls another uses numba's own dispatcher, so the machine code, and
-its cache on disk, are those of plain numba.
+for the first time. The machine code, and its cache on disk, are those of plain numba, without the wrappers that are not
+called: for C, and, where only other kernels call a kernel, for Python.
 """
 
 import functools
@@ -13,6 +13,7 @@ import sys
 import threading
 from collections.abc import Callable
 from importlib import import_module
+from types import FunctionType
 from typing import Any
 
 _LOCK = threading.RLock()
@@ -46,17 +47,42 @@ class Kernel:
 
     @property
     def dispatcher(self) -> Any:
-        """Dispatcher of numba, made when it is first needed."""
+        """Dispatcher of numba for calls from Python, made when it is first needed."""
         if self._made is None:
             with _LOCK:
                 if self._made is None:
-                    self._made = load_numba().njit(**self.targetoptions)(self.py_func)
+                    self._made = self._dispatcher(self.py_func, no_cfunc_wrapper=True)
         return self._made
+
+    @functools.cached_property
+    def linked(self) -> Any:
+        """Dispatcher of numba for calls from other kernels, which copy the instructions of this one into their own.
+
+        It compiles no wrappers, which unpack the arguments of a call from Python or C. What has been compiled for calls
+        from Python serves as well.
+        """
+        function = _copied(self.py_func)
+        function.__qualname__ += "-linked"  # a name of its own in the cache on disk
+        linked = self._dispatcher(function, no_cfunc_wrapper=True, no_cpython_wrapper=True)
+        compile_anew = linked.compile
+
+        def compile_once(types: Any) -> Any:
+            called = self._made.overloads if self._made is not None else {}
+            if tuple(types) in called and tuple(types) not in linked.overloads:
+                linked.add_overload(called[tuple(types)])
+            return compile_anew(types)
+
+        linked.compile = compile_once
+        return linked
+
+    def _dispatcher(self, function: Callable[..., Any], **flags: bool) -> Any:
+        """Dispatcher of numba for a function, with flags for the last stage of the compiler."""
+        return load_numba().njit(**self.targetoptions, pipeline_class=_compiler(**flags))(function)
 
     @property
     def _numba_type_(self) -> Any:
         """Numba type of this kernel, for calls from other kernels."""
-        return self.dispatcher._numba_type_
+        return self.linked._numba_type_
 
     def __call__(self, *arguments: Any) -> Any:
         """Run the compiled function, or its stand-in."""
@@ -119,6 +145,46 @@ def intrinsic(definition: Callable[..., Any]) -> Any:
         definition: Function of a typing context and types that returns a signature and a code generator.
     """
     return Intrinsic(definition)
+
+
+def _copied(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The same function as another object."""
+    assert isinstance(function, FunctionType)
+    parts = (function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__)
+    return functools.update_wrapper(FunctionType(*parts), function)
+
+
+@functools.cache
+def _compiler(**flags: bool) -> Any:
+    """Numba's compiler with flags that apply to writing instructions.
+
+    As options of a kernel they would apply to its analysis, too, and with each set of options numba compiles its own
+    functions, such as `np.empty`, once more.
+    """
+    from numba.core.compiler import CompilerBase, DefaultPassBuilder
+    from numba.core.compiler_machinery import AnalysisPass, register_pass
+    from numba.core.typed_passes import AnnotateTypes
+
+    @register_pass(mutates_CFG=False, analysis_only=True)
+    class SetFlags(AnalysisPass):  # type: ignore[misc]
+        _name = "_".join(flags)
+
+        def __init__(self) -> None:  # numba demands one
+            super().__init__()
+
+        def run_pass(self, state: Any) -> bool:
+            for name, value in flags.items():
+                setattr(state.flags, name, value)
+            return False
+
+    class Compiler(CompilerBase):  # type: ignore[misc]
+        def define_pipelines(self) -> list[Any]:
+            passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+            passes.add_pass_after(SetFlags, AnnotateTypes)
+            passes.finalize()
+            return [passes]
+
+    return Compiler
 
 
 def load_numba() -> Any:
