@@ -16,8 +16,8 @@ from insonify.cli.arguments import (
     parse_ping_range,
     parse_quantity,
     require_choice,
-    require_picture_suffix,
     require_time,
+    require_writable,
 )
 from insonify.cli.progress import pace, progress, resumed_note
 from insonify.formats.zarr_store import StoreError
@@ -78,13 +78,13 @@ def test_a_time_is_taken_when_it_is_held_and_milliseconds_are_offered_when_they_
 def test_a_picture_needs_a_kind_and_a_folder(tmp_path):
     """Suffixes in any case; a missing folder is reported with the command that makes it."""
     for suffix in PICTURES:
-        require_picture_suffix(tmp_path / f"a{suffix}", "-o")
-        require_picture_suffix(tmp_path / f"a{suffix.upper()}", "-o")
+        require_writable(tmp_path / f"a{suffix}", "-o")
+        require_writable(tmp_path / f"a{suffix.upper()}", "-o")
     for name in ("a", "a.jpg", "a.png.txt"):
         with pytest.raises(InputError, match=r"not a picture; end its name in \.png, \.pdf, \.svg"):
-            require_picture_suffix(tmp_path / name, "-o")
+            require_writable(tmp_path / name, "-o")
     with pytest.raises(InputError, match=f"Make it first: mkdir -p {tmp_path / 'no'}$"):
-        require_picture_suffix(tmp_path / "no" / "a.png", "-o")
+        require_writable(tmp_path / "no" / "a.png", "-o")
     require_choice("tvg20", ("none", "tvg20"), "--gain")
     with pytest.raises(InputError, match=r"Choose one of none, tvg20$"):
         require_choice("zzz", ("none", "tvg20"), "--gain")

@@ -88,17 +88,26 @@ def test_a_command_that_compiles_reports_it_once(capsys):
     def fresh(x: float) -> float:
         return x + 1.0
 
-    def command() -> float:
-        return fresh(1.0) + fresh(np.float32(2.0))
-
-    assert compile_progress.reporting(command)() == 5.0
+    compile_progress.report_compiling()
+    assert fresh(1.0) + fresh(np.float32(2.0)) == 5.0
     output = capsys.readouterr()
     assert output.out == "" and output.err == "compiling (once): the machine code is kept for later runs\n"
 
 
+@pytest.mark.parametrize("words", [["check"], ["info"]])
+def test_every_command_begins_its_progress_anew(capsys, words):
+    """The first kernel that a command compiles is announced, also where an earlier one has compiled."""
+    compile_progress.report_compiling()
+    compile_progress._PROGRESS[0].begin()
+    capsys.readouterr()
+    assert main([*words, str(NOMINAL)]) == 0
+    compile_progress._PROGRESS[0].begin()
+    assert capsys.readouterr().err == "compiling (once): the machine code is kept for later runs\n"
+
+
 def test_a_command_that_compiles_nothing_is_silent(capsys):
     """Machine code from the cache is loaded without a word."""
-    assert compile_progress.reporting(lambda: 3)() == 3
+    assert main(["info", str(NOMINAL)]) == 0
     assert capsys.readouterr().err == ""
 
 

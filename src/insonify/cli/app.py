@@ -13,7 +13,7 @@ import typer
 from insonify.cli import comparison, dataset, export, info, paper_and_demo, parts, recordings, scenarios, serve
 from insonify.cli.alike_lines import AlikeLines, shortened
 from insonify.cli.arguments import InputError
-from insonify.cli.compile_progress import reporting
+from insonify.cli.compile_progress import report_compiling
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
 STOPPED_BY_KEY = 130  # what typer makes of Ctrl-C
@@ -28,19 +28,12 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-app.command("new")(scenarios.new)
-app.command("schema")(scenarios.schema)
-app.command("info")(info.info)
-app.command("plan")(parts.plan)
-app.command("status")(parts.status)
-app.command("compare")(comparison.compare)
-app.command("scenario-from")(scenarios.scenario_from)
-for _computes in (
+for _command in (
+    scenarios.new, scenarios.schema, info.info, parts.plan, parts.status, comparison.compare, scenarios.scenario_from,
     scenarios.check, recordings.run, recordings.show, recordings.explain, export.export, dataset.dataset,
-    paper_and_demo.paper,
-    paper_and_demo.demo, paper_and_demo.study, serve.serve,
+    paper_and_demo.paper, paper_and_demo.demo, paper_and_demo.study, serve.serve,
 ):  # fmt: skip
-    app.command(_computes.__name__)(reporting(_computes))
+    app.command()(_command)
 
 
 def _version(requested: bool) -> None:
@@ -69,6 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 done, 1 the run failed, 2 the input is wrong.
     """
+    report_compiling()
     gc.set_threshold(YOUNG)
     atexit.register(gc.freeze)  # the interpreter's last search would go through all that is about to end anyway
     command = typer.main.get_command(app)

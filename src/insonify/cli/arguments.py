@@ -5,10 +5,16 @@ import re
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from insonify.former_names import FORMER_WORDS
 from insonify.part import Part
 
+ScenarioFile = Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")]
+Cores = Annotated[int | None, typer.Option(metavar="N", min=1, help="How many cores to use. [default: all]")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="No progress on the terminal.")]
 PICTURES = (".png", ".pdf", ".svg")
 """Suffixes of the pictures that can be written."""
 
@@ -120,15 +126,17 @@ def require_choice(text: str, known: Sequence[str], option: str) -> None:
         raise InputError(f"{option} {text}: there is no such choice. {hint}")
 
 
-def require_picture_suffix(path: Path, option: str) -> None:
-    """Refuse a name under which no picture can be written, before anything is drawn.
+def require_writable(path: Path, option: str, kind: str = "picture", suffixes: Sequence[str] = PICTURES) -> None:
+    """Refuse a name under which no picture or report can be written, before anything is computed.
 
     Args:
-        path: The picture.
+        path: The file.
         option: The option it was typed for, as messages name it.
+        kind: What it is, as messages name it.
+        suffixes: Suffixes of such files.
     """
-    if path.suffix.lower() not in PICTURES:
-        raise InputError(f"{option} {path}: not a picture; end its name in {', '.join(PICTURES)}")
+    if path.suffix.lower() not in suffixes:
+        raise InputError(f"{option} {path}: not a {kind}; end its name in {', '.join(suffixes)}")
     if not path.parent.is_dir():
         raise InputError(f"{option} {path}: there is no folder {path.parent}. Make it first: mkdir -p {path.parent}")
     try:
@@ -138,7 +146,7 @@ def require_picture_suffix(path: Path, option: str) -> None:
             tempfile.TemporaryFile(dir=path.parent).close()
     except OSError as error:
         why = error.strerror or "not allowed"
-        raise InputError(f"{option} {path}: no picture can be written there ({why}). Choose another path") from None
+        raise InputError(f"{option} {path}: no {kind} can be written there ({why}). Choose another path") from None
 
 
 def make_folder(path: Path, option: str) -> None:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from insonify.cli.arguments import InputError
+from insonify.cli.arguments import InputError, require_writable
 from insonify.formats.locations import location
 
 
@@ -26,7 +26,7 @@ def compare(
     Example: insonify compare harbour.raw harbour.zarr --group "200 kHz" -o harbour.html
     """
     if out is not None:
-        _require_report(out)
+        require_writable(out, "--out", "report", (".html", ".json", ".png"))
     sources = [location(text) for text in (real, simulated)]
     for path in sources:
         if isinstance(path, Path) and not path.exists():
@@ -41,12 +41,3 @@ def compare(
 
         start_drawing()
         typer.echo(write_report(comparison, out))
-
-
-def _require_report(out: Path) -> None:
-    """Refuse a name under which no report can be written, before anything is computed."""
-    suffixes = (".html", ".json", ".png")
-    if out.suffix.lower() not in suffixes:
-        raise InputError(f"--out {out}: not a report; end its name in {', '.join(suffixes)}")
-    if not out.parent.is_dir():
-        raise InputError(f"--out {out}: there is no folder {out.parent}. Make it first: mkdir -p {out.parent}")

@@ -1,15 +1,12 @@
 """Word on stderr while kernels are compiled: the first run of a fresh installation would be silent for a minute."""
 
-import functools
 import time
-from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import typer
 
 from insonify.jit import when_loaded
 
-Command = TypeVar("Command", bound=Callable[..., Any])
 OFTEN = 5.0
 """Time between two lines of progress [s]."""
 
@@ -61,18 +58,3 @@ def _report_to_progress() -> None:
             _PROGRESS[0].end()
 
     event.register("numba:compile", Lines())
-
-
-def reporting(command: Command) -> Command:
-    """Wrap a command so that it reports the kernels it compiles.
-
-    Args:
-        command: Function behind a command that computes something.
-    """
-
-    @functools.wraps(command)
-    def reported(*arguments: Any, **options: Any) -> Any:
-        report_compiling()
-        return command(*arguments, **options)
-
-    return reported  # type: ignore[return-value]

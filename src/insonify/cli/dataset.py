@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from insonify.cli.arguments import InputError, require_picture_suffix
+from insonify.cli.arguments import Cores, InputError, Quiet, parse_part, require_writable
 from insonify.cli.pictures import start_drawing
 
 
@@ -17,10 +17,8 @@ def dataset(
         typer.Option(metavar="N", min=1, help="Only draw a contact sheet of N images, to FILE-preview.png or to -o."),
     ] = None,
     part: Annotated[str | None, typer.Option(metavar="i/N", help="Only this part of the scenes, such as 3/64.")] = None,
-    processes: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="How many cores to use. [default: all]")
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress on the terminal.")] = False,
+    processes: Cores = None,
+    quiet: Quiet = False,
 ) -> None:
     """Simulate a data set of labelled images; a job that was stopped is resumed.
 
@@ -30,7 +28,6 @@ def dataset(
 
     Example: insonify dataset dataset.yaml -o mines --part 3/64
     """
-    from insonify.cli.arguments import parse_part
     from insonify.cli.progress import progress
     from insonify.datasets.dataset import WHOLE, make_dataset
 
@@ -39,7 +36,7 @@ def dataset(
 
         start_drawing()
         picture = out or file.with_name(f"{file.stem}-preview.png")
-        require_picture_suffix(picture, "-o")
+        require_writable(picture, "-o")
         typer.echo(write_contact_sheet(file, picture, preview))
         return
     if out is None:

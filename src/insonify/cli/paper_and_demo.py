@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from insonify.cli.arguments import InputError, make_folder, require_choice
+from insonify.cli.arguments import Cores, InputError, make_folder, require_choice
 
 
 def paper(
@@ -46,9 +46,7 @@ def demo(
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="DIR", help="Folder for scenarios, recordings, pictures, numbers.")
     ] = Path("demo"),
-    threads: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="How many cores to use. [default: all]")
-    ] = None,
+    threads: Cores = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there of the same name.")] = False,
 ) -> None:
     """Show what can be simulated: scenario, recording, picture, and numbers beside the truth.

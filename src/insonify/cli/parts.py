@@ -2,12 +2,11 @@
 
 import math
 import shlex
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from insonify.cli.arguments import InputError
+from insonify.cli.arguments import InputError, ScenarioFile
 from insonify.formats.locations import is_url, location
 from insonify.part import Part
 
@@ -22,7 +21,7 @@ MOST_RANGES = 12
 
 
 def plan(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
+    file: ScenarioFile,
     tasks: Annotated[int, typer.Option(metavar="N", min=1, help="Number of tasks that share the pings.")],
     out: Annotated[
         str | None,

@@ -101,22 +101,12 @@ def _profile(file: Path, out: Path) -> None:
 
 def _probe(file: Path, knots: int) -> dict[str, list[float]]:
     """Temperature and salinity in a file that holds a good profile, where it has them at every knot."""
-    import csv
+    from insonify.data_file import is_number, name_and_unit, table_rows
 
-    lines = file.read_text(encoding="utf-8-sig").splitlines()
-    filled = [line for line in lines if line.strip(" \t,;") and not line.lstrip().startswith("#")]
-    delimiter = next((mark for mark in ";\t" if mark in filled[0]), ",")
-    header, *rows = csv.reader(filled, delimiter=delimiter)
-    settings: dict[str, list[float]] = {}
-    for index, title in enumerate(header):
-        name = re.split(r"[\[(]", title)[0].strip().lower()
-        if name in ("temperature", "salinity"):
-            try:
-                # the last rows are the knots: a row of units may stand before them
-                settings[name] = [float(row[index]) for row in rows[-knots:]]
-            except (ValueError, IndexError):
-                continue
-    return settings
+    header, *rows = (row for _, row in table_rows(file, "depth,speed"))
+    columns = zip(header, *rows[-knots:], strict=True)  # a row of units may stand before the knots
+    named = {name_and_unit(title, {})[0]: values for title, *values in columns if all(map(is_number, values))}
+    return {name: [float(cell) for cell in named[name]] for name in ("temperature", "salinity") if name in named}
 
 
 def _wind(text: str) -> float:

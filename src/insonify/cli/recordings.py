@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from insonify.cli import arguments
-from insonify.cli.arguments import InputError
+from insonify.cli.arguments import Cores, InputError, Quiet, ScenarioFile
 from insonify.cli.pictures import start_drawing
 from insonify.formats.locations import location
 
@@ -21,7 +21,7 @@ Beam = Annotated[int | None, typer.Option(metavar="B", min=0, help="Which beam, 
 
 
 def run(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
+    file: ScenarioFile,
     out: Annotated[
         str,
         typer.Option("-o", "--out", metavar="OUT", help="Folder of the recording, such as harbour.zarr, or a URL."),
@@ -30,11 +30,9 @@ def run(
         str | None,
         typer.Option(metavar="RANGE", help="Only these pings: 10:20 (20 not included), 10: (to the end) or just 7."),
     ] = None,
-    threads: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="How many cores to use. [default: all]")
-    ] = None,
+    threads: Cores = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a recording that is there.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress on the terminal.")] = False,
+    quiet: Quiet = False,
     labels: Annotated[
         bool, typer.Option("--labels", help="Label every sample: object, paths, shadow. As output.labels.")
     ] = False,
@@ -155,7 +153,7 @@ def show(
     """
     from insonify.cli.physics_plots import show_physics
 
-    arguments.require_picture_suffix(out, "-o")
+    arguments.require_writable(out, "-o")
     start_drawing()
     if rays:
         from insonify.cli.ray_plots import show_rays

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from insonify.cli.arguments import InputError
+from insonify.cli.arguments import InputError, ScenarioFile, require_choice
 
 SCHEMA_FILE = "insonify.schema.json"
 """File that `schema` writes and that the first line of a new scenario names."""
@@ -129,7 +129,7 @@ def schema(
 
 
 def check(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
+    file: ScenarioFile,
     labels: Annotated[bool, typer.Option("--labels", help="For a run with --labels.")] = False,
 ) -> None:
     """Report what is wrong with a scenario, line by line.
@@ -185,12 +185,7 @@ def _renamed(text: str, template: str, target: Path) -> str:
 def _template(name: str) -> str:
     from importlib.resources import files
 
-    from insonify.scenario.diagnostic import nearest_word
-
     folder = files("insonify.scenario") / "templates"
     known = sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
-    if name not in known:
-        meant = nearest_word(name, known)
-        hint = f"Did you mean {meant}?" if meant else f"Choose one of {', '.join(known)}"
-        raise InputError(f"--template {name}: there is no such template. {hint}")
+    require_choice(name, known, "--template")
     return (folder / f"{name}.yaml").read_text(encoding="utf-8")

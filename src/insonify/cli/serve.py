@@ -1,16 +1,15 @@
 """Command that offers a scenario's sonar to other programs."""
 
 from contextlib import ExitStack, suppress
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from insonify.cli.arguments import InputError
+from insonify.cli.arguments import Cores, InputError, ScenarioFile, require_choice
 
 
 def serve(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
+    file: ScenarioFile,
     device: Annotated[
         str, typer.Option("--as", metavar="NAME", help="json (TCP), ping360 or ping1d (ping-protocol over UDP).")
     ] = "json",
@@ -18,9 +17,7 @@ def serve(
     port: Annotated[
         int | None, typer.Option(metavar="PORT", min=0, max=65535, help="[default: 9460; of a device 9092]")
     ] = None,
-    threads: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="How many cores to use. [default: all]")
-    ] = None,
+    threads: Cores = None,
 ) -> None:
     """Offer a sonar to other programs, ping by ping, until it is stopped with Ctrl-C.
 
@@ -28,8 +25,6 @@ def serve(
 
     Example: insonify serve scanning.yaml --as ping360 --port 9092
     """
-    from insonify.cli.arguments import require_choice
-
     require_choice(device, ("json", "ping360", "ping1d"), "--as")
     from insonify.real_time.live_sonar import live
     from insonify.real_time.ping1d import Ping1D
