@@ -23,21 +23,9 @@ if TYPE_CHECKING:
     from insonify.plotting.spikes import spikes
 
 __all__ = [
-    "absorption",
-    "geometry",
-    "labels",
-    "laws",
-    "levels",
-    "lobe",
-    "profile",
-    "rays",
-    "recording",
-    "relief",
-    "scene",
-    "sea",
-    "sediment",
-    "spikes",
-]
+    "absorption", "geometry", "labels", "laws", "levels", "lobe", "profile", "rays", "recording", "relief", "scene",
+    "sea", "sediment", "spikes",
+]  # fmt: skip
 
 _HOMES = {name: name for name in __all__} | {
     "geometry": "leg_diagram", "lobe": "laws", "relief": "relief_spectrum", "scene": "scene_view", "sea": "sea_state",

@@ -90,10 +90,11 @@ def phase_detection(
 
     Source: phase detection as in Lurton (2010), sec. 8.3, and de Moustier (1988), OCEANS 88; from memory.
     """
+    from scipy.ndimage import uniform_filter1d
+
     first, times = _beams("fore", fore, time)
     second, _ = _beams("aft", aft, time)
-    product = first * np.conj(second)
-    smooth = _smoothed(product, odd_looks(looks))
+    smooth = uniform_filter1d(first * np.conj(second), odd_looks(looks), axis=1, mode="constant")
     rows = [_crossing(smooth[i, a:b], times[a:b], looks) for i, (a, b) in enumerate(echo)]
     crossing, deviation = np.array(rows, float).reshape(-1, 2).T
     return Detections(crossing, deviation, np.isfinite(crossing))
@@ -216,15 +217,6 @@ class _PhaseLine:
         """Standard deviation of the zero crossing [s]; samples are correlated over `looks`."""
         leverage = (self.zero - self.mean_time) ** 2 / self.width
         return float(np.sqrt(self.residual / max(self.effective / looks, 1.0) * (1 + leverage)) / abs(self.slope))
-
-
-def _smoothed(product: NDArray[np.complex128], looks: int) -> NDArray[np.complex128]:
-    from scipy.ndimage import uniform_filter1d
-
-    real, imaginary = (
-        uniform_filter1d(component, looks, axis=1, mode="constant") for component in (product.real, product.imag)
-    )
-    return np.asarray(real + 1j * imaginary)
 
 
 def _beams(name: str, beams: ArrayLike, time: ArrayLike) -> tuple[NDArray[np.complex128], Floats]:

@@ -30,13 +30,16 @@ def complex_coherence(first: ArrayLike, second: ArrayLike, looks: int | tuple[in
 
     Source: van Trees (2002), ch. 2 (coherence); Touzi et al. (1999), IEEE Trans. Geosci. 37(1) (bias); from memory.
     """
+    from scipy.ndimage import uniform_filter
+
     a, b = _pair(first, second)
+    products = (a * np.conj(b), np.abs(a) ** 2, np.abs(b) ** 2)
     if looks is None:
-        sums = [np.sum(x, axis=-1) for x in (a * np.conj(b), np.abs(a) ** 2, np.abs(b) ** 2)]
+        sums = [np.sum(x, axis=-1) for x in products]
     else:
         size = _window(looks, a.ndim)
-        sums = [_running(x, size) for x in (a * np.conj(b), np.abs(a) ** 2, np.abs(b) ** 2)]
-    power = np.sqrt(np.maximum(sums[1].real, 0) * np.maximum(sums[2].real, 0))
+        sums = [uniform_filter(x, size, mode="constant") for x in products]
+    power = np.sqrt(np.maximum(sums[1], 0) * np.maximum(sums[2], 0))
     has_power = power > 1e-12 * np.max(power, initial=0.0)
     return np.asarray(np.where(has_power, sums[0] / np.where(has_power, power, 1.0), 0), complex)
 
@@ -156,12 +159,3 @@ def _window(looks: int | tuple[int, int], axes: int) -> tuple[int, ...]:
     if len(last) > axes or min(last) < 1 or any(n % 2 == 0 for n in last):
         raise ValueError(f"looks is {looks}; give odd numbers, one for each of the last axes")
     return (1,) * (axes - len(last)) + last
-
-
-def _running(values: NDArray[np.generic], size: tuple[int, ...]) -> Complexes:
-    from scipy.ndimage import uniform_filter
-
-    components = [
-        uniform_filter(np.ascontiguousarray(x, float), size, mode="constant") for x in (values.real, values.imag)
-    ]
-    return np.asarray(components[0] + 1j * components[1])

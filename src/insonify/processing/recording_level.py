@@ -17,12 +17,9 @@ def recorded_level(recording: xr.Dataset) -> xr.DataArray:
         are, recorded counts in dB re 1.
     """
     name = next(name for name in ("pressure", "intensity", "recorded") if name in recording)
-    field, meaning = (
-        recording[name],
-        f"level of the {'received pressure' if name != 'recorded' else 'recorded numbers'}",
-    )
+    field, meaning = recording[name], "recorded numbers" if name == "recorded" else "received pressure"
     units = "dB re 1" if field.attrs.get("units") == "1" else "dB re 1 uPa"
-    attributes = {"units": units, "long_name": meaning}
+    attributes = {"units": units, "long_name": f"level of the {meaning}"}
     if str(field.attrs.get("units")).startswith("dB"):
         return field.rename("level_db").assign_attrs(attributes)
     power = field.values if name == "intensity" else np.abs(field.values.astype(np.complex128)) ** 2

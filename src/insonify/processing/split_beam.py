@@ -19,12 +19,8 @@ from insonify.ocean.absorption import absorption_db_per_m
 Floats = NDArray[np.float64]
 SECTORS = {1: 4, 17: 3, 49: 4, 65: 4, 81: 4}
 """Number of sectors by type of beam: quadrants; thirds; thirds about a centre that counts with each."""
-_THIRDS = (
-    17,
-    49,
-    65,
-    81,
-)  # stored angles are means of two differences, not yet scaled (maker's help, "Special scaling")
+# stored angles of thirds are means of two differences, not yet scaled (maker's help, "Special scaling")
+_THIRDS = (17, 49, 65, 81)
 TRANSDUCER_IMPEDANCE = 75.0
 """Impedance of a transducer where none is stated [ohm]."""
 
