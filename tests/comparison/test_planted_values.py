@@ -11,6 +11,7 @@ from insonify.comparison.contrast import PERCENTILES, Contrast
 from insonify.comparison.frame import common_frame
 from insonify.comparison.noise_floor import LAGS, NoiseFloor
 from insonify.comparison.point_spread import PointSpread
+from insonify.comparison.registry import measures
 from insonify.comparison.samples import Samples
 from insonify.comparison.sector_coherence import SectorCoherence
 from insonify.comparison.texture import LEVELS, PATTERNS, SEGMENT, ImageTexture, jensen_shannon
@@ -100,6 +101,23 @@ def test_coherence_needs_complex_parts():
                          (speckle(5, 4, 2, 90), {})):  # fmt: skip
         one = samples(values, **more)
         assert "planted has no complex samples" in SectorCoherence.unsuited(common_frame(one, one))
+
+
+def test_measures_over_range_need_samples_of_range():
+    """With 40 samples only those measures compare that need fewer; the others state the reason."""
+    one = samples(speckle(6, 4, 1, 40))
+    frame = common_frame(one, one)
+    reasons = {kind.name: kind.unsuited(frame) for kind in measures()}
+    refused = {name for name, reason in reasons.items() if reason == "too few samples of range"}
+    assert refused == {
+        "echo trains",
+        "autocorrelation",
+        "point spread",
+        "texture",
+        "highlights and shadows",
+        "noise floor",
+    }
+    assert reasons["amplitude distribution"] == "" == reasons["level against range"]
 
 
 @pytest.mark.parametrize("step", [0.05, 0.2])

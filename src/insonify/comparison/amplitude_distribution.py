@@ -11,8 +11,8 @@ import numpy as np
 from scipy.ndimage import uniform_filter
 from scipy.special import gammainc, gammaln, kve, ndtr, polygamma, psi
 
-from insonify.comparison.frame import Frame, Side
-from insonify.comparison.measure import Curve, Measure, Quantity, ratio
+from insonify.comparison.frame import Side
+from insonify.comparison.measure import Curve, Measure, Quantity, decibels, ratio
 from insonify.comparison.samples import Floats
 
 LOOKS = 24
@@ -27,11 +27,7 @@ class AmplitudeDistribution(Measure):
     """Moments and fitted laws of the intensity re its local mean."""
 
     name = "amplitude distribution"
-
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
-        """A distribution needs more than one sample."""
-        return "" if frame.slant_range.size >= LOOKS else "too few samples of range"
+    least_samples = LOOKS
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -51,7 +47,7 @@ class AmplitudeDistribution(Measure):
         """Sums of powers of the relative intensity and of its level, and the histogram of levels."""
         relative = relative_intensity(side, self.frame.cell)
         positive = relative > 0
-        level = np.where(positive, 10 * np.log10(np.where(positive, relative, 1.0)), np.nan)
+        level = decibels(relative)
         powers = (relative**0, relative**2, np.sqrt(relative), level, level**2, level**3)
         moments = [side.sums(np.where(positive, power, np.nan)) for power in powers]
         mean = side.sums(np.where(positive, relative, np.nan))

@@ -17,17 +17,13 @@ class Autocorrelation(Measure):
     """Correlation coefficients of the amplitude over range and along the track; the lag of half correlation."""
 
     name = "autocorrelation"
+    least_samples = 64
 
     def __init__(self, frame: Frame) -> None:
         super().__init__(frame)
         self._lags = np.unique(np.round(np.linspace(1, max(3 * frame.cell, LAGS), LAGS)).astype(int))
         pings = min(side.field.shape[0] for side in frame.sides)
         self._ping_lags = np.arange(1, min(PING_LAGS, pings - 1) + 1)
-
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
-        """A correlation over range needs samples of range."""
-        return "" if frame.slant_range.size >= 64 else "too few samples of range"
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

@@ -77,14 +77,8 @@ def _finding(kind: type[Measure], frame: Frame, weights: Floats, seed: int) -> F
     values = tuple(Value(q.name, q.unit, *(float(number) for number in numbers)) for q, *numbers in rows)
     remark, curves = measure.remark(*totals), measure.curves(*totals)
     if not np.isfinite(chance):
-        return Finding(
-            kind.name,
-            "not compared",
-            "too few independent samples to separate two draws",
-            float("nan"),
-            values,
-            curves,
-        )
+        few = "too few independent samples to separate two draws"
+        return Finding(kind.name, "not compared", few, float("nan"), values, curves)
     return Finding(kind.name, "alike", remark, chance, values, curves)
 
 
@@ -125,6 +119,4 @@ def _words(finding: Finding, verdict: str) -> str:
 
 def _picture(side: Side) -> Floats:
     """Level of the beam nearest to the vertical, or of the first [dB], shape (ping, sample)."""
-    angle = side.samples.angle
-    beam = int(np.argmin(np.abs(angle))) if angle.size == side.field.shape[1] else 0
-    return decibels(side.intensity[:, beam])
+    return decibels(side.intensity[:, side.vertical_beam])

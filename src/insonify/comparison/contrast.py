@@ -4,7 +4,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from insonify.comparison.frame import Frame, Side
-from insonify.comparison.measure import Curve, Measure, Quantity, ratio
+from insonify.comparison.measure import Curve, Measure, Quantity, decibels, ratio
 from insonify.comparison.samples import Floats
 
 PERCENTILES = (1.0, 5.0, 25.0, 75.0, 95.0, 99.0)
@@ -19,6 +19,7 @@ class Contrast(Measure):
     """Percentiles of the level of means over three resolution cells, re the median of each recording."""
 
     name = "highlights and shadows"
+    least_samples = 64
 
     def __init__(self, frame: Frame) -> None:
         super().__init__(frame)
@@ -26,11 +27,6 @@ class Contrast(Measure):
         self._local = {id(side): _local_level(side, frame.cell) for side in frame.sides}
         medians = [float(np.nanmedian(level)) for level in self._local.values()]
         self._reference = float(np.mean(medians)) if np.isfinite(medians).all() else 0.0
-
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
-        """Percentiles of range cells need samples of range."""
-        return "" if frame.slant_range.size >= 64 else "too few samples of range"
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -79,8 +75,7 @@ def _local_level(side: Side, cell: int) -> Floats:
     size = _width(side, cell)
     mean = uniform_filter1d(np.where(known, side.intensity, 0.0), size)
     share = uniform_filter1d(known.astype(float), size)
-    usable = known & (mean > 0)
-    return np.where(usable, 10 * np.log10(np.where(usable, mean, 1.0) / np.where(usable, share, 1.0)), np.nan)
+    return np.where(known, decibels(ratio(mean, share)), np.nan)
 
 
 def _width(side: Side, cell: int) -> int:

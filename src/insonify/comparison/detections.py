@@ -16,8 +16,8 @@ class DetectedDepths(Measure):
 
     name = "detections"
 
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
+    @classmethod
+    def unsuited(cls, frame: Frame) -> str:
         """Both recordings need detections with beam angles."""
         for side in frame.sides:
             samples = side.samples

@@ -9,7 +9,7 @@ import numpy as np
 from insonify.comparison.amplitude_distribution import relative_intensity
 from insonify.comparison.frame import Side
 from insonify.comparison.level_against_angle import LevelAgainstAngle, angle_bins
-from insonify.comparison.measure import Curve, Measure, Quantity, ratio
+from insonify.comparison.measure import Curve, Quantity, decibels, ratio
 from insonify.comparison.samples import Floats
 
 BIN_DEG = 15.0
@@ -19,11 +19,10 @@ LEAST_SHARE = 0.02
 """Least share of the samples of a recording in a bin, for it to count."""
 
 
-class DistributionAgainstAngle(Measure):
+class DistributionAgainstAngle(LevelAgainstAngle):
     """Spread and skewness of the level and scintillation index in bins of grazing angle."""
 
     name = "distribution against angle"
-    unsuited = staticmethod(LevelAgainstAngle.unsuited)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -38,7 +37,7 @@ class DistributionAgainstAngle(Measure):
         """Sums of powers of the level and of the relative intensity in each bin."""
         relative = relative_intensity(side, self.frame.cell)
         relative = np.where(relative > 0, relative, np.nan)
-        level = 10 * np.log10(relative)
+        level = decibels(relative)
         bins = angle_bins(self.frame, side, BIN_DEG)
         powers = (np.where(np.isfinite(level), 1.0, np.nan), level, level**2, level**3, relative, relative**2)
         return np.hstack([side.sums(power, bins, BINS) for power in powers])

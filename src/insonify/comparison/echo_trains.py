@@ -27,6 +27,7 @@ class EchoTrains(Measure):
     """Ranges and levels of multiples re the first echo, along the beam nearest to the vertical."""
 
     name = "echo trains"
+    least_samples = 64
 
     def __init__(self, frame: Frame) -> None:
         super().__init__(frame)
@@ -44,11 +45,11 @@ class EchoTrains(Measure):
         self._centre = (height - self._first) / frame.step
         self._span = max(int(0.5 * height / frame.step), 2)
 
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
+    @classmethod
+    def unsuited(cls, frame: Frame) -> str:
         """Echo trains are those of sonars that look down."""
-        if frame.slant_range.size < 64:
-            return "too few samples of range"
+        if reason := super().unsuited(frame):
+            return reason
         for side in frame.sides:
             beams = side.field.shape[1]
             if beams > 1 and side.samples.angle.size != beams:
@@ -75,8 +76,7 @@ class EchoTrains(Measure):
 
     def sums(self, side: Side) -> Floats:
         """Sum of intensities and number of pings at each range."""
-        beam = _vertical(side)
-        vertical = np.arange(side.field.shape[1])[:, None] == beam
+        vertical = np.arange(side.field.shape[1])[:, None] == side.vertical_beam
         rows = np.where(vertical, side.intensity, np.nan)
         counts = counted(rows)
         return np.hstack([_by_sample(side, rows), _by_sample(side, counts)])
@@ -119,15 +119,9 @@ class EchoTrains(Measure):
         return (Curve(self.frame.slant_range, real, simulated, "slant range [m]", "level [dB]"),)
 
 
-def _vertical(side: Side) -> int:
-    """Beam nearest to the vertical."""
-    angle = side.samples.angle
-    return int(np.argmin(np.abs(angle))) if angle.size == side.field.shape[1] else 0
-
-
 def _first_range(side: Side, slant_range: Floats) -> float:
     """Range of the strongest sample of the vertical beam [m]."""
-    rows = side.intensity[:, _vertical(side)]
+    rows = side.intensity[:, side.vertical_beam]
     known = np.isfinite(rows).any(axis=0)
     mean = np.where(known, np.nansum(rows, axis=0), 0.0)
     return float(slant_range[int(np.argmax(mean))])

@@ -46,6 +46,12 @@ class Side:
     ping_block: int
     """Pings after which echoes are no longer alike."""
 
+    @property
+    def vertical_beam(self) -> int:
+        """Beam nearest to the vertical, the first where angles are not known."""
+        angle = self.samples.angle
+        return int(np.argmin(np.abs(angle))) if angle.size == self.field.shape[1] else 0
+
     def sums(self, values: Floats, bins: NDArray[np.int64] | None = None, count: int = 1) -> Floats:
         """Sums of values by unit and bin; NaN is left out.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from insonify.comparison.frame import Frame, Side
+from insonify.comparison.frame import Side
 from insonify.comparison.measure import Measure, Quantity, ratio
 from insonify.comparison.samples import Floats
 
@@ -14,9 +14,6 @@ class FullScale(Measure):
     """Share of clipped samples of all parts of the aperture."""
 
     name = "clipped samples"
-
-    def __init__(self, frame: Frame) -> None:
-        super().__init__(frame)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

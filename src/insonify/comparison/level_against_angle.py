@@ -18,8 +18,8 @@ class LevelAgainstAngle(Measure):
 
     name = "level against angle"
 
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
+    @classmethod
+    def unsuited(cls, frame: Frame) -> str:
         """Both recordings need grazing angles: angles of beams, or an altitude."""
         for side in frame.sides:
             if frame.grazing(side) is None:

@@ -16,6 +16,7 @@ class LevelAgainstRange(Measure):
     """Level of the mean intensity in each bin of range [dB]."""
 
     name = "level against range"
+    least_samples = BINS
 
     def __init__(self, frame: Frame) -> None:
         super().__init__(frame)
@@ -24,11 +25,6 @@ class LevelAgainstRange(Measure):
         self._bins = BINS if frame.strata == 1 else min(max(tiles // TILES, 4), BINS)
         self._bin = np.arange(count) * self._bins // count
         self._middle = np.array([frame.slant_range[self._bin == row].mean() for row in range(self._bins)])
-
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
-        """Detections have no bins of range."""
-        return "" if frame.slant_range.size >= BINS else "too few samples of range"
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

@@ -40,18 +40,20 @@ class Measure(ABC):
 
     name: ClassVar[str]
     """Name in reports, in lower case."""
+    least_samples: ClassVar[int] = 0
+    """Fewest samples of range that it needs."""
 
     def __init__(self, frame: Frame) -> None:
         self.frame = frame
 
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
+    @classmethod
+    def unsuited(cls, frame: Frame) -> str:
         """Reason for which two recordings cannot be compared so, empty where they can.
 
         Args:
             frame: The two recordings.
         """
-        return ""
+        return "" if frame.slant_range.size >= cls.least_samples else "too few samples of range"
 
     @property
     @abstractmethod

@@ -16,16 +16,12 @@ class NoiseFloor(Measure):
     """Level and autocorrelation of the samples in the part of the range that is quietest in both recordings."""
 
     name = "noise floor"
+    least_samples = 4 * PARTS
 
     def __init__(self, frame: Frame) -> None:
         super().__init__(frame)
         self._rows = _quietest(frame)
         self._complex = all(np.iscomplexobj(side.field) for side in frame.sides)
-
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
-        """Parts of the range need samples."""
-        return "" if frame.slant_range.size >= 4 * PARTS else "too few samples of range"
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

@@ -20,6 +20,7 @@ class PointSpread(Measure):
     """Half-power widths of the mean shape of strong isolated echoes."""
 
     name = "point spread"
+    least_samples = 64
 
     def __init__(self, frame: Frame) -> None:
         super().__init__(frame)
@@ -27,11 +28,6 @@ class PointSpread(Measure):
         pings, beams = (min(shape[axis] for shape in shapes) for axis in (0, 1))
         reach = {2: max(2 * frame.cell, 3), 0: REACH if pings > 4 * REACH else 0, 1: REACH if beams > 4 * REACH else 0}
         self._reach = {axis: count for axis, count in reach.items() if count}
-
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
-        """Echoes need samples of range around them."""
-        return "" if frame.slant_range.size >= 64 else "too few samples of range"
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

@@ -21,8 +21,8 @@ class SectorCoherence(Measure):
         self._bin = np.arange(count, dtype=np.int64) * BINS // count
         self._middle = np.array([frame.slant_range[self._bin == row].mean() for row in range(BINS)])
 
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
+    @classmethod
+    def unsuited(cls, frame: Frame) -> str:
         """Both recordings need complex samples of several parts."""
         for side in frame.sides:
             samples = side.samples

@@ -7,9 +7,10 @@ distributions. All from memory.
 """
 
 import numpy as np
+from scipy.special import rel_entr
 
 from insonify.comparison.amplitude_distribution import relative_intensity
-from insonify.comparison.frame import Frame, Side
+from insonify.comparison.frame import Side
 from insonify.comparison.measure import Curve, Measure, Quantity, decibels, ratio
 from insonify.comparison.samples import Floats
 
@@ -26,11 +27,7 @@ class ImageTexture(Measure):
     """Spectrum of the level over range, and distances of the distributions of levels and of local patterns."""
 
     name = "texture"
-
-    @staticmethod
-    def unsuited(frame: Frame) -> str:
-        """A segment of the spectrum needs samples of range."""
-        return "" if frame.slant_range.size >= 2 * SEGMENT else "too few samples of range"
+    least_samples = 2 * SEGMENT
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -50,7 +47,7 @@ class ImageTexture(Measure):
         """Periodograms of segments, histogram of levels, histogram of local patterns."""
         relative = relative_intensity(side, self.frame.cell)
         positive = relative > 0
-        level = np.where(positive, 10 * np.log10(np.where(positive, relative, 1.0)), np.nan)
+        level = decibels(relative)
         bins = np.clip(np.digitize(np.nan_to_num(level), LEVELS), 0, LEVELS.size)
         histogram = side.sums(np.ones(level.shape), np.where(positive, bins, -1), LEVELS.size + 1)
         return np.hstack([self._spectra(side, level), histogram, _patterns(side, level, self.frame.cell)])
@@ -97,12 +94,8 @@ def jensen_shannon(first: Floats, second: Floats) -> Floats:
         second: Shares of the same shape.
     """
     middle = (first + second) / 2
-
-    def divergence(p: Floats) -> Floats:
-        positive = p > 0
-        return np.asarray(np.sum(p * np.log2(np.where(positive, p, 1.0) / np.where(positive, middle, 1.0)), axis=-1))
-
-    return np.asarray(np.sqrt(np.maximum((divergence(first) + divergence(second)) / 2, 0)))
+    divergence = (rel_entr(first, middle) + rel_entr(second, middle)).sum(axis=-1) / np.log(4)
+    return np.asarray(np.sqrt(np.maximum(divergence, 0)))
 
 
 def _patterns(side: Side, level: Floats, cell: int) -> Floats:
