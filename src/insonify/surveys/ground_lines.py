@@ -57,7 +57,7 @@ def slant_ranges(survey: Survey) -> Floats:
     """Slant range of each sample, timed by the middle of the pulse unless it is compressed [m], shape (time,)."""
     sonar = survey.scenario.sonar
     pulse_middle = 0.0 if sonar.receiver.matched_filter else sonar.pulse.duration / 2
-    return (np.asarray(survey.recording["time"].values, float) - pulse_middle) * survey.scenario.water.sound_speed / 2
+    return (survey.sample_time - pulse_middle) * survey.scenario.water.sound_speed / 2
 
 
 def ground_lines(survey: Survey, number: int, pixel: float) -> Iterator[tuple[int, GroundLine]]:

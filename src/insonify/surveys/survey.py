@@ -61,11 +61,22 @@ class Survey:
         """Position of the scene on Earth."""
         return EarthFrame.of(self.recording.attrs)
 
+    @cached_property
+    def pose_on_earth(self) -> tuple[Floats, Floats, Floats]:
+        """Latitude, longitude and true heading of the platform at each recorded ping [deg], shape (ping,) each."""
+        north, east = self.position[:, 0], self.position[:, 1]
+        heading = np.degrees(self.attitude[:, 0] + self.frame.convergence(north, east)) % 360
+        return *self.frame.geodetic(north, east), heading
+
+    @property
+    def version(self) -> str:
+        """Version of the program that simulated the recording."""
+        return str(self.recording.attrs.get("version", ""))
+
     @property
     def tags(self) -> dict[str, str]:
         """Title, software and seed, as files state them."""
-        version = self.recording.attrs.get("version", "")
-        return {"TITLE": Path(self.name).name, "SOFTWARE": f"insonify {version}", "SEED": str(self.scenario.seed)}
+        return {"TITLE": Path(self.name).name, "SOFTWARE": f"insonify {self.version}", "SEED": str(self.scenario.seed)}
 
     @property
     def speed(self) -> Floats:
@@ -81,10 +92,15 @@ class Survey:
         return self.bed_depth(self.position[:, 0], self.position[:, 1]) - self.position[:, 2]
 
     @property
+    def sample_time(self) -> Floats:
+        """Time of each sample after the start of transmission [s], shape (time,)."""
+        return np.asarray(self.recording["time"].values, float)
+
+    @property
     def sample_interval(self) -> float:
         """Time between samples [s]."""
-        time = self.recording["time"].values
-        return float(time[-1] - time[0]) / max(len(time) - 1, 1)
+        time = self.sample_time
+        return float(time[-1] - time[0]) / max(time.size - 1, 1)
 
     @property
     def ping_interval(self) -> float:

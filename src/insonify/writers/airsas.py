@@ -68,14 +68,11 @@ def passband(pressure: NDArray[np.complexfloating], survey: Survey, factor: int)
     Returns:
         Shape (channel, factor * time).
     """
-    count = pressure.shape[1]
-    spectrum = np.fft.fftshift(np.fft.fft(np.asarray(pressure, complex), axis=1), axes=1)
-    before = (factor * count) // 2 - count // 2
-    padded = np.zeros((len(pressure), factor * count), complex)
-    padded[:, before : before + count] = spectrum
-    fine = np.fft.ifft(np.fft.ifftshift(padded, axes=1), axis=1) * factor
+    from scipy.signal import resample
+
+    fine = resample(np.asarray(pressure, complex), factor * pressure.shape[1], axis=1)
     _, rate, start = _sampling(survey)
-    time = start + np.arange(factor * count) / rate
+    time = start + np.arange(fine.shape[1]) / rate
     carrier = np.exp(2j * np.pi * survey.scenario.sonar.pulse.frequency * time)
     return np.asarray(PEAK * (fine * carrier).real, np.float32)
 
@@ -85,7 +82,7 @@ def _sampling(survey: Survey) -> tuple[int, float, float]:
     base = round(1 / survey.sample_interval, 6)  # free of the rounding of the times, which readers divide lengths by
     highest = survey.scenario.sonar.pulse.frequency + base / 2
     factor = int(np.ceil(OVERSAMPLING * highest / base))
-    return factor, factor * base, float(survey.recording["time"].values[0])
+    return factor, factor * base, float(survey.sample_time[0])
 
 
 def _platform(survey: Survey) -> dict[str, object]:

@@ -1,6 +1,9 @@
 """Images of a recording with the annotations of its targets, in the layouts that detectors are trained on."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from insonify.annotations import coco, label_maps, yolo
 from insonify.annotations.labelled_image import Projection
@@ -8,33 +11,16 @@ from insonify.annotations.labelled_images import Tile, labelled_images
 from insonify.surveys.survey import Survey
 
 
-def write_coco(survey: Survey, path: Path, projection: Projection = "slant", tile: Tile | None = None) -> None:
-    """Write masks and boxes in the layout of COCO.
-
-    Args:
-        survey: Recording with labels, in its folder.
-        path: Folder to write.
-        projection: Grid of the images.
-        tile: Rows and columns of a tile; None: not cut.
-    """
-    coco.write_coco(labelled_images(survey, projection, tile), path)
+def _write(
+    layout: Callable[..., Any], survey: Survey, path: Path, projection: Projection = "slant", tile: Tile | None = None
+) -> None:
+    """Write images of a survey with labels into a folder, on a grid and cut in tiles, in one layout."""
+    layout(labelled_images(survey, projection, tile), path)
 
 
-def write_yolo(survey: Survey, path: Path, projection: Projection = "slant", tile: Tile | None = None) -> None:
-    """Write boxes in the layout of YOLO, as `write_coco`."""
-    yolo.write_yolo(labelled_images(survey, projection, tile), path)
-
-
-def write_yolo_segments(survey: Survey, path: Path, projection: Projection = "slant", tile: Tile | None = None) -> None:
-    """Write outlines in the layout of YOLO, as `write_coco`."""
-    yolo.write_yolo(labelled_images(survey, projection, tile), path, segments=True)
-
-
-def write_maps(survey: Survey, path: Path, projection: Projection = "slant", tile: Tile | None = None) -> None:
-    """Write label maps as PNG, as `write_coco`."""
-    label_maps.write_label_maps(labelled_images(survey, projection, tile), path)
-
-
-def write_geotiff_maps(survey: Survey, path: Path, projection: Projection = "slant", tile: Tile | None = None) -> None:
-    """Write label maps as GeoTIFF, as `write_coco`."""
-    label_maps.write_label_maps(labelled_images(survey, projection, tile), path, form="tif")
+write_coco = partial(_write, coco.write_coco)
+write_yolo = partial(_write, yolo.write_yolo)
+write_yolo_segments = partial(_write, partial(yolo.write_yolo, segments=True))
+write_maps = partial(_write, label_maps.write_label_maps)
+write_geotiff_maps = partial(_write, partial(label_maps.write_label_maps, form="tif"))
+"""Writers of COCO, of boxes and outlines for YOLO, and of label maps as PNG and GeoTIFF: survey and folder to write."""

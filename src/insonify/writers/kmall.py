@@ -132,7 +132,7 @@ def _installation(survey: Survey) -> str:
     sensor = "X=0.000;Y=0.000;Z=0.000"
     return (
         f"OSCV:Empty,EMXV:EM{MODEL},\nPU_0,\nSN=1,\nIP=127.0.0.1:0xffff0000,\nUDP=1997,\nTYPE=simulated,\nVERSIONS:,\n"
-        f"CPU:insonify {survey.recording.attrs.get('version', '')},\nVERSIONS-END,\nSERIALno:\nTX:1,\nRX:1,\n"
+        f"CPU:insonify {survey.version},\nVERSIONS-END,\nSERIALno:\nTX:1,\nRX:1,\n"
         f"SERIALno-END,\nKMALL:Rev I 2021-09-01,\nSYSTEM:EM {MODEL} - Single Tx single Rx,"
         f"TRAI_TX1:N=1;{tx};S={_widths(survey)[0]:.1f};{inner},TRAI_RX1:N=1;{rx};G=0.00;IX=0.00000;IY=0.00000;IZ=0.00000,"
         f"POSI_1:{sensor};D=0.000;G=WGS84;T=Datagram;C=On;F=GGA;Q=Off;U=ACTIVE,POSI_2:U=NOT_SET,POSI_3:U=NOT_SET,"
@@ -153,7 +153,7 @@ def _runtime(survey: Survey) -> str:
 
 def _profile(survey: Survey) -> bytes:
     depth, speed = profile(survey)
-    latitude, longitude = survey.frame.geodetic(survey.position[:1, 0], survey.position[:1, 1])
+    latitude, longitude, _ = survey.pose_on_earth
     water = survey.scenario.water
     head = _record(layouts.PROFILE, count=depth.size, format=b"S00", seconds=int(survey.time[0]),
                    latitude=latitude[0], longitude=longitude[0])  # fmt: skip
@@ -162,21 +162,14 @@ def _profile(survey: Survey) -> bytes:
     return head + points
 
 
-def _fix(survey: Survey, rows: slice) -> tuple[Floats, Floats, Floats]:
-    """Latitude, longitude and true heading at pings [deg]."""
-    north, east = survey.position[rows, 0], survey.position[rows, 1]
-    heading = np.degrees(survey.attitude[rows, 0] + survey.frame.convergence(north, east)) % 360
-    return *survey.frame.geodetic(north, east), heading
-
-
 def _position(survey: Survey, number: int) -> bytes:
-    latitude, longitude, _ = _fix(survey, slice(number, number + 1))
+    latitude, longitude, _ = (column[number] for column in survey.pose_on_earth)
     seconds, nanoseconds = _clock(survey.time[number : number + 1])
     fix = _record(
         layouts.POSITION, seconds=seconds, nanoseconds=nanoseconds, latitude=latitude, longitude=longitude,
         speed=survey.speed[number], course=_course(survey, number), ellipsoid_height=-999.0,
     )  # fmt: skip
-    return _record(layouts.SENSOR, status=1) + fix + _gga(survey.time[number], latitude[0], longitude[0])
+    return _record(layouts.SENSOR, status=1) + fix + _gga(survey.time[number], latitude, longitude)
 
 
 def _course(survey: Survey, number: int) -> float:
@@ -239,7 +232,7 @@ def _body(survey: Survey, number: int) -> bytes:
 def _soundings(survey: Survey, number: int, swath: Swath) -> bytes:
     """Body of an #MRZ datagram."""
     scenario, pulse, rate = survey.scenario, survey.scenario.sonar.pulse, 1 / survey.sample_interval
-    latitude, longitude, heading = (float(column[0]) for column in _fix(survey, slice(number, number + 1)))
+    latitude, longitude, heading = (float(column[number]) for column in survey.pose_on_earth)
     widths = _widths(survey)
     edge = float(np.degrees(swath.angle[-1]))
     depth, lean = float(survey.position[number, 2]), pose_rotation(0.0, *survey.attitude[number, 1:])
@@ -280,8 +273,8 @@ def _detections(survey: Survey, number: int, swath: Swath) -> tuple[NDArray[Any]
     world_position = (north + point[:, 0] * np.cos(heading) - point[:, 1] * np.sin(heading),
              east + point[:, 0] * np.sin(heading) + point[:, 1] * np.cos(heading))  # fmt: skip
     latitude, longitude = survey.frame.geodetic(*world_position)
-    vessel = survey.frame.geodetic(np.array([north]), np.array([east]))
-    time, start = np.where(detected, swath.travel_time, 0.0), float(survey.recording["time"].values[0])
+    vessel = [column[number] for column in survey.pose_on_earth]
+    time, start = np.where(detected, swath.travel_time, 0.0), survey.sample_time[0]
     gain = _strength_gain(survey, swath)
     strength = np.maximum(swath.level, -300.0) + gain - survey.scenario.sonar.source_level_db
     sample = np.clip(np.rint((time - start) / survey.sample_interval).astype(int), 0, strength.shape[1] - 1)
@@ -326,7 +319,7 @@ def _strength_gain(survey: Survey, swath: Swath) -> Floats:
     Underwater Sound, ch. 8.
     """
     speed, (along, across) = survey.scenario.water.sound_speed, np.radians(_widths(survey))
-    slant = np.maximum(np.asarray(survey.recording["time"].values, float) * speed / 2, 0.1)
+    slant = np.maximum(survey.sample_time * speed / 2, 0.1)
     angle = np.maximum(np.abs(swath.vertical_angle), 1e-3)[:, None]
     pulse = speed / 2 / _bandwidth(survey) / np.sin(angle)
     beam = across * slant / np.cos(np.minimum(angle, 1.4)) ** 2
@@ -336,7 +329,7 @@ def _strength_gain(survey: Survey, swath: Swath) -> Floats:
 
 def _first_sample(survey: Survey) -> int:
     """Number of the first sample, counted from the start of transmission."""
-    return round(float(survey.recording["time"].values[0]) / survey.sample_interval)
+    return round(float(survey.sample_time[0]) / survey.sample_interval)
 
 
 def _water_column(survey: Survey, number: int, swath: Swath) -> bytes:
@@ -368,7 +361,7 @@ def _beams(swath: Swath, counts: NDArray[np.int8], first: int, rate: float) -> I
 
 def water_column_gain(survey: Survey) -> Floats:
     """Gain from levels re 1 uPa to the stored ones [dB], shape (time,): sensitivity, 30 log r, absorption, offset."""
-    slant = np.maximum(np.asarray(survey.recording["time"].values, float) * survey.scenario.water.sound_speed / 2, 0.1)
+    slant = np.maximum(survey.sample_time * survey.scenario.water.sound_speed / 2, 0.1)
     law = GAIN_EXPONENT * np.log10(slant) + 2 * _absorption(survey) * slant
     return np.asarray(SENSITIVITY + law + _offset(survey), float)
 

@@ -146,7 +146,7 @@ def _pings(survey: Survey) -> Iterator[_PingSamples]:
 
 def _swath_pings(survey: Survey) -> Iterator[_PingSamples]:
     """Pings of a multibeam: the beams that its detections are made of."""
-    time = np.asarray(survey.recording["time"].values, float)
+    time = survey.sample_time
     for number, swath in enumerate(swaths(survey)):
         speed = surface_speed(survey, number)
         yield _PingSamples((10 ** (swath.level / 20)).astype(np.float32), time * speed / 2, speed, swath)
@@ -154,11 +154,11 @@ def _swath_pings(survey: Survey) -> Iterator[_PingSamples]:
 
 def _put_meaning(bag: _Bag, survey: Survey, sides: list[Fan], stamp: int) -> None:
     """Write the meaning of the numbers of each stream."""
-    power, version = "intensity" in survey.recording, str(survey.recording.attrs.get("version", ""))
+    power = "intensity" in survey.recording
     for fan in sides:
         for display, topic in ((False, fan.topic), (True, f"{fan.topic}/display")):
             head = made.header(stamp, fan.frame)
-            fields = made.sonar_info(head, survey.scenario, fan, power=power, display=display, version=version)
+            fields = made.sonar_info(head, survey.scenario, fan, power=power, display=display, version=survey.version)
             bag.put(f"{topic}/sonar_info", "marine_interfaces/msg/SonarInfo", stamp, fields)
 
 
@@ -172,9 +172,8 @@ def _put_poses(bag: _Bag, survey: Survey, number: int, stamp: int) -> None:
     bag.put("/navigation/pose", pose, stamp, made.pose_stamped(stamp, *logged))
     bag.put("/ground_truth/pose", pose, stamp, made.pose_stamped(stamp, *true))
     if survey.frame.origin is not None:
-        north, east, depth = logged[0]
-        latitude, longitude = survey.frame.geodetic(np.array([north]), np.array([east]))
-        fields = made.fix(stamp, float(latitude[0]), float(longitude[0]), float(depth))
+        latitude, longitude, _ = (float(column[number]) for column in survey.pose_on_earth)
+        fields = made.fix(stamp, latitude, longitude, float(logged[0][2]))
         bag.put("/navigation/fix", "sensor_msgs/msg/NavSatFix", stamp, fields)
 
 
@@ -182,7 +181,7 @@ def _put_ping(bag: _Bag, survey: Survey, fan: Fan, number: int, sent: tuple[int,
     """Images of one side, and the detections of a multibeam."""
     stamp, ping = sent
     head, info = made.header(stamp, fan.frame), made.ping_info(survey.scenario, fan, ping.sound_speed)
-    time, samples = np.asarray(survey.recording["time"].values, float), ping.samples[fan.channels]
+    time, samples = survey.sample_time, ping.samples[fan.channels]
     power = samples.astype(float) if "intensity" in survey.recording else samples.astype(float) ** 2
     counts = made.display_counts(survey.scenario, power)
     bag.put(f"{fan.topic}/raw_image", SONAR + "RawSonarImage", stamp, made.raw_image(head, info, fan, time, samples))

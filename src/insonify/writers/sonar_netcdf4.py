@@ -72,9 +72,8 @@ def write_sonar_netcdf4(survey: Survey, path: Path) -> None:
         _environment(survey, file)
         _platform(survey, file)
         sonar = file.createGroup("Sonar")
-        version = str(survey.recording.attrs.get("version", ""))
         sonar.setncatts({"sonar_manufacturer": "simulated", "sonar_model": "simulated", "sonar_serial_number": "",
-                         "sonar_software_name": "insonify", "sonar_software_version": version,
+                         "sonar_software_name": "insonify", "sonar_software_version": survey.version,
                          "sonar_type": "omni-sonar"})  # fmt: skip
         types: dict[str, Any] = {name: sonar.createEnumType(np.int8, name, codes) for name, codes in ENUMS.items()}
         types["sample_t"] = sonar.createVLType(np.float32, "sample_t")
@@ -110,8 +109,7 @@ def _now() -> str:
 
 def _provenance(survey: Survey, file: Any) -> None:
     group = file.createGroup("Provenance")
-    version = str(survey.recording.attrs.get("version", ""))
-    group.setncatts({"conversion_software_name": "insonify", "conversion_software_version": version,
+    group.setncatts({"conversion_software_name": "insonify", "conversion_software_version": survey.version,
                      "conversion_time": _now(), "history": f"{_now()} insonify export"})  # fmt: skip
     group.createDimension("filenames", 1)
     names = {"long_name": "Source filenames"}
@@ -176,7 +174,7 @@ def _platform(survey: Survey, file: Any) -> None:
 
 def _sensors(survey: Survey, group: Any) -> None:
     """Logged positions, attitudes and headings over time."""
-    latitude, longitude, heading = _pose_on_earth(survey)
+    latitude, longitude, heading = survey.pose_on_earth
     pitch, roll = np.degrees(survey.attitude[:, 1:]).T
     depth = survey.position[:, 2]
     columns = {
@@ -192,13 +190,6 @@ def _sensors(survey: Survey, group: Any) -> None:
         for name, values in series.items():
             is_angle = name in ("latitude", "longitude")
             _put(sensor, name, "f8" if is_angle else "f4", ("time",), values, attributes[name], np.nan)
-
-
-def _pose_on_earth(survey: Survey) -> tuple[Floats, Floats, Floats]:
-    """Latitude, longitude and true heading at each ping [deg]."""
-    north, east = survey.position[:, 0], survey.position[:, 1]
-    latitude, longitude = survey.frame.geodetic(north, east)
-    return latitude, longitude, np.degrees(survey.attitude[:, 0] + survey.frame.convergence(north, east)) % 360
 
 
 def _nanoseconds(survey: Survey) -> NDArray[np.uint64]:
@@ -305,10 +296,9 @@ def _effective_duration(survey: Survey) -> float:
 def _settings(survey: Survey, types: Mapping[str, Any]) -> list[tuple[str, Any, tuple[str, ...], Any, Attributes]]:
     """Name, type, dimensions, values and further attributes of the variables that describe pings and beams."""
     scenario, pulse = survey.scenario, survey.scenario.sonar.pulse
-    start = float(survey.recording["time"].values[0])
     half = pulse.bandwidth / 2 * (1 if pulse.sweep == "up" else -1)
     ping, beam, sent = ("ping_time",), ("ping_time", "beam"), ("ping_time", "tx_beam")
-    latitude, longitude, heading = _pose_on_earth(survey)
+    latitude, longitude, heading = survey.pose_on_earth
     receive, transmit = (_beam_sizes(survey, array) for array in (scenario.sonar.receive, scenario.sonar.transmit))
     flags = {"flag_meanings": "no_non_quantitative_processing", "flag_values": np.int16(0)}
     positions, sending, receiving = transducers(survey)
@@ -318,7 +308,7 @@ def _settings(survey: Survey, types: Mapping[str, Any]) -> list[tuple[str, Any, 
         ("beam_stabilisation", types["beam_stabilisation_t"], ping, 0, {}),
         ("non_quantitative_processing", "i2", ping, 0, flags),
         ("sample_interval", "f4", ping, survey.sample_interval, {}),
-        ("sample_time_offset", "f4", sent, 0.0, {}), ("blanking_interval", "f4", beam, start, {}),
+        ("sample_time_offset", "f4", sent, 0.0, {}), ("blanking_interval", "f4", beam, survey.sample_time[0], {}),
         ("sample_count", "i4", (*beam, "subbeam"), survey.recording.sizes["time"], {}),
         ("beamwidth_receive_major", "f4", beam, receive[0], SUBSTITUTE),
         ("beamwidth_receive_minor", "f4", beam, receive[1], SUBSTITUTE),

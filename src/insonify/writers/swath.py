@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from insonify.demos.products import product_kind
@@ -121,12 +120,8 @@ def swaths(survey: Survey) -> Iterator[Swath]:
         sounding, vertical = _refracted(survey, number, time, (arms, fan), (depth, speed))
         yield Swath(
             angle, vertical, time, np.asarray(soundings["deviation"].values, float), soundings["by_phase"].values,
-            sounding, _levels(beams),
+            sounding, np.asarray(recorded_level(beams).values[0], float),
         )  # fmt: skip
-
-
-def _levels(beams: xr.Dataset) -> Floats:
-    return np.asarray(recorded_level(beams).values[0], float)
 
 
 def _refracted(

@@ -70,12 +70,12 @@ def _write(survey: Survey, path: Path, dtype: str, step: float, note: str = "") 
                          "it as netCDF (.nc)")  # fmt: skip
     kinds = _kinds(survey)
     packets = _pings(survey, kinds)
-    latitude, longitude = _position(survey)
-    convergence = survey.frame.convergence(survey.position[:, 0], survey.position[:, 1])
-    heading = np.degrees(survey.attitude[:, 0] + convergence) % 360
+    latitude, longitude, heading = survey.pose_on_earth
+    if survey.frame.origin is None:  # northing and easting [m] of a scene that is nowhere on Earth
+        latitude, longitude = survey.position[:, 0], FALSE_EASTING + survey.position[:, 1]
     with path.open("wb") as file:
         file.write(_header(survey, kinds, dtype, note))
-        for text in (note, f"insonify {survey.recording.attrs.get('version', '')}, seed {survey.scenario.seed}"):
+        for text in (note, f"insonify {survey.version}, seed {survey.scenario.seed}"):
             file.write(_notes(survey, text))
         for row, amplitude in survey.amplitudes():
             where = {"latitude": latitude[row], "longitude": longitude[row], "heading": heading[row]}
@@ -92,12 +92,6 @@ def _kinds(survey: Survey) -> NDArray[np.int64]:
     across = np.cos(mounting.tilt) * np.sin(mounting.bearing)
     alone = SUB_BOTTOM if abs(across) < 0.1 else STARBOARD if across > 0 else PORT
     return np.where(side < 0, PORT, np.where(side > 0, STARBOARD, alone))
-
-
-def _position(survey: Survey) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Latitude and longitude [deg], or northing and easting [m] of a scene that is nowhere on Earth."""
-    north, east = survey.position[:, 0], survey.position[:, 1]
-    return (north, FALSE_EASTING + east) if survey.frame.origin is None else survey.frame.geodetic(north, east)
 
 
 def _header(survey: Survey, kinds: NDArray[np.int64], dtype: str, note: str) -> bytes:
@@ -176,7 +170,7 @@ def _attitude(survey: Survey, row: int, where: dict[str, float]) -> bytes:
 def _pings(survey: Survey, kinds: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Ping header of each ping, and the channel headers that all pings have."""
     scenario, recording = survey.scenario, survey.recording
-    time, speed = np.asarray(recording["time"].values, float), scenario.water.sound_speed
+    time, speed = survey.sample_time, scenario.water.sound_speed
     heads = np.zeros(survey.rows.size, layouts.PING)
     heads["channels"] = len(kinds)
     heads["ping"] = heads["event"] = recording["ping"].values[survey.rows]
