@@ -36,7 +36,7 @@ def write_coco(
     """
     folder = Path(directory)
     (folder / "images").mkdir(parents=True, exist_ok=True)
-    content = _empty()
+    content = empty_coco()
     for image in images:
         used = write_grey(image, folder / "images" / f"{image.name}.png", span)
         content["images"].append(_image_entry(image, used))
@@ -57,7 +57,7 @@ def merge_coco(files: Sequence[str | Path], path: str | Path) -> Path:
     Raises:
         StoreError: Two parts have different images of one number.
     """
-    content, images = _empty(), dict[int, Any]()
+    content, images = empty_coco(), dict[int, Any]()
     annotated = dict[int, Any]()
     for name in files:
         part = json.loads(Path(name).read_text(encoding="utf-8"))
@@ -72,18 +72,15 @@ def merge_coco(files: Sequence[str | Path], path: str | Path) -> Path:
     return _write(content, Path(path))
 
 
-def _empty() -> dict[str, Any]:
-    """File of no images."""
+def empty_coco() -> dict[str, Any]:
+    """Content of a file of annotations of no images."""
     from importlib.metadata import version
 
     categories = [{"id": number, "name": name, "supercategory": "target"} for number, name in enumerate(CLASSES, 1)]
     return {
         "info": {"description": "simulated sonar images", "version": f"insonify {version('insonify')}"},
-        "licenses": [],
-        "categories": categories,
-        "images": [],
-        "annotations": [],
-    }
+        "licenses": [], "categories": categories, "images": [], "annotations": [],
+    }  # fmt: skip
 
 
 def _write(content: dict[str, Any], path: Path) -> Path:

@@ -35,7 +35,7 @@ def labelled_waterfalls(
     sides = channels_of_sides(survey)
     across = _across(survey, projection)
     columns = np.concatenate([side * across[:: -1 if side < 0 else 1] if side else across for side, _ in sides])
-    run = distance_run(survey)
+    run = survey.distance_run
     count = survey.rows.size
     for block in line_spans(count, line_count or count):
         numbers = np.arange(count)[::-1][block]
@@ -62,12 +62,6 @@ def channels_of_sides(survey: Survey) -> list[tuple[int, int]]:
     """Side and first channel of each side, port first."""
     sides = np.asarray(survey.recording["side"].values).astype(int)
     return [(int(side), int(np.flatnonzero(sides == side)[0])) for side in np.unique(sides)]
-
-
-def distance_run(survey: Survey) -> Floats:
-    """Distance along the logged track at each recorded ping [m], shape (ping,)."""
-    steps = np.linalg.norm(np.diff(survey.position[:, :2], axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def line_spans(count: int, size: int) -> list[slice]:

@@ -13,6 +13,7 @@ import os
 import shutil
 import uuid
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -22,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.annotations import CLASSES, merge_coco, write_coco, write_label_maps, write_yolo
+from insonify.annotations.coco import empty_coco
 from insonify.annotations.yolo import write_yolo_data
 from insonify.datasets.dataset_file import DatasetFile, Format
 from insonify.datasets.drawn_scene import uniforms
@@ -30,6 +32,7 @@ from insonify.formats.store_description import StoreError
 from insonify.formats.zarr_store import sweep
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
+from insonify.surveys.raster import write_bands
 
 if TYPE_CHECKING:
     from insonify.annotations import LabelledImage
@@ -40,6 +43,8 @@ DESCRIPTION = "dataset.json"
 """File that names the data set of the folder."""
 KILLED = 86_400.0
 """Age of a scene's folder that only a killed job has left: twins of coherent scenes may be hours apart [s]."""
+BANDS = ("level with gain [dB]", "expected level with gain [dB]", "class", "target")
+"""Bands of a tile of a mosaic as GeoTIFF."""
 PER_FOLDER = {"names.json", "data.yaml"}
 """Files of writers about a whole folder, which are written when all scenes are there."""
 
@@ -67,33 +72,28 @@ class DatasetFolder:
         Raises:
             StoreError: It holds something else, or cannot be made.
         """
-        try:
-            self._open()
-        except OSError as fault:
-            raise self._on_disk(fault, "its beginning") from None
-
-    def _open(self) -> None:
-        text = json.dumps({"fingerprint": self.fingerprint}) + "\n"
-        (self.path / NOTES).mkdir(parents=True, exist_ok=True)
-        known = self.path / DESCRIPTION
-        if not known.exists():
-            others = [entry.name for entry in self.path.iterdir() if not self._may_begin_with(entry.name)]
-            if (others or any((self.path / NOTES).iterdir())) and not known.exists():  # another job may be faster
-                raise StoreError(f"{self.path} holds files that are no data set. Choose another folder with -o")
+        text, known = json.dumps({"fingerprint": self.fingerprint}) + "\n", self.path / DESCRIPTION
+        with self._advising("its beginning"):
+            (self.path / NOTES).mkdir(parents=True, exist_ok=True)
             if not known.exists():
-                write_whole(known, text)
-        if known.read_text(encoding="utf-8") != text:
-            raise StoreError(f"{self.path} holds another data set: its file, scenario or version differs. Choose "
-                             "another folder with -o, or delete this one")  # fmt: skip
-        sweep(self.path / "?????", KILLED)
+                others = [entry.name for entry in self.path.iterdir() if not self._may_begin_with(entry.name)]
+                if (others or any((self.path / NOTES).iterdir())) and not known.exists():  # another job may be faster
+                    raise StoreError(f"{self.path} holds files that are no data set. Choose another folder with -o")
+                if not known.exists():
+                    write_whole(known, text)
+            if known.read_text(encoding="utf-8") != text:
+                raise StoreError(f"{self.path} holds another data set: its file, scenario or version differs. Choose "
+                                 "another folder with -o, or delete this one")  # fmt: skip
+            sweep(self.path / "?????", KILLED)
 
     @staticmethod
     def _may_begin_with(name: str) -> bool:
         """True of what a job that has just begun, or was stopped there, leaves in the folder."""
         return name in (NOTES, DESCRIPTION) or (name.startswith(f".{DESCRIPTION}.") and name.endswith(".partial"))
 
-    def _on_disk(self, fault: OSError, where: str) -> StoreError:
-        """Advice on a folder that cannot be written."""
+    @contextmanager
+    def _advising(self, where: str) -> Iterator[None]:
+        """Errors of a folder that cannot be written, with the remedy."""
         again = "and give the same command again: it goes on there"
         remedies = {
             errno.ENOSPC: ("the disk is full", f"free some space {again}"),
@@ -104,8 +104,11 @@ class DatasetFolder:
             errno.EEXIST: ("the path is that of a file", "choose another folder with -o"),
             errno.ENOTDIR: ("part of the path is a file", "choose another folder with -o"),
         }
-        problem, remedy = remedies.get(fault.errno or 0, (fault.strerror, "choose another folder with -o"))
-        return StoreError(f"{self.path}: {problem} at {where}; {remedy}")
+        try:
+            yield
+        except OSError as fault:
+            problem, remedy = remedies.get(fault.errno or 0, (fault.strerror, "choose another folder with -o"))
+            raise StoreError(f"{self.path}: {problem} at {where}; {remedy}") from None
 
     def note(self, scene: int) -> Path:
         """File that is there when all files of a scene are."""
@@ -138,21 +141,20 @@ class DatasetFolder:
         partial = self.path / f".{scene:05d}.{uuid.uuid4().hex}.partial"
         split = list(self.file.dataset.split)[self._split_rows[scene]]
         try:
-            notes = [self._write_image(one, partial, split, scene) for one in images]
-            drawn, coco = notes[0].pop("drawn"), partial / "coco"
-            note: dict[str, Any] = {"scene": scene, "split": split, "drawn": drawn, "images": notes}
-            if "coco" in self.file.write:
-                note["coco"] = self._coco_fragments(coco)
-            for entry in sorted(partial.rglob("*")):
-                inside = entry.relative_to(partial)
-                if entry.is_dir() and entry.suffix == ".zarr":
-                    _move_folder(entry, self.path / inside)
-                elif entry.is_file() and entry.name not in PER_FOLDER and ".zarr" not in str(inside.parent):
-                    (self.path / inside).parent.mkdir(parents=True, exist_ok=True)
-                    os.replace(entry, self.path / inside)
-            write_whole(self.note(scene), json.dumps(note, allow_nan=False) + "\n")
-        except OSError as fault:
-            raise self._on_disk(fault, f"scene {scene}") from None
+            with self._advising(f"scene {scene}"):
+                notes = [self._write_image(one, partial, split, scene) for one in images]
+                drawn, coco = notes[0].pop("drawn"), partial / "coco"
+                note: dict[str, Any] = {"scene": scene, "split": split, "drawn": drawn, "images": notes}
+                if "coco" in self.file.write:
+                    note["coco"] = self._coco_fragments(coco)
+                for entry in sorted(partial.rglob("*")):
+                    inside = entry.relative_to(partial)
+                    if entry.is_dir() and entry.suffix == ".zarr":
+                        _move_folder(entry, self.path / inside)
+                    elif entry.is_file() and entry.name not in PER_FOLDER and ".zarr" not in str(inside.parent):
+                        (self.path / inside).parent.mkdir(parents=True, exist_ok=True)
+                        os.replace(entry, self.path / inside)
+                write_whole(self.note(scene), json.dumps(note, allow_nan=False) + "\n")
         finally:
             shutil.rmtree(partial, ignore_errors=True)
 
@@ -183,9 +185,10 @@ class DatasetFolder:
         elif name == "png":
             write_label_maps([image], folder / split, span=span)
         elif name == "geotiff":
-            from insonify.datasets.geotiff import write_geotiff
-
-            write_geotiff(image, folder / split / f"{image.name}.tif")
+            (folder / split).mkdir(parents=True, exist_ok=True)
+            layers = (image.image, image.expected, image.classes, image.instances)
+            bands = {band: np.asarray(layer, np.float32) for band, layer in zip(BANDS, layers, strict=True)}
+            write_bands(folder / split / f"{image.name}.tif", (image.crs, image.transform), bands)
         else:
             from insonify.datasets.labelled_dataset import labelled_dataset
 
@@ -211,10 +214,8 @@ class DatasetFolder:
         Raises:
             StoreError: The disk is full, or a note of a scene is damaged.
         """
-        try:
+        with self._advising("its end"):
             return self._finish()
-        except OSError as fault:
-            raise self._on_disk(fault, "its end") from None
 
     def _finish(self) -> bool:
         if sum(1 for _ in (self.path / NOTES).iterdir()) < self.file.dataset.images:
@@ -252,15 +253,12 @@ class DatasetFolder:
 
     def _write_coco_list(self, split: str) -> None:
         """Write the annotations of one part of the split."""
-        folder = self.path / "coco"
-        content = json.loads(write_coco([], folder, file=f".{uuid.uuid4().hex}.empty").read_text(encoding="utf-8"))
-        for empty in folder.glob(".*.empty"):
-            empty.unlink(missing_ok=True)
+        content = empty_coco()
         for note in self.notes():
             if note["split"] == split:
                 for kind in ("images", "annotations"):
                     content[kind].extend(note["coco"][kind])
-        write_whole(folder / f"annotations_{split}.json", json.dumps(content, allow_nan=False))
+        write_whole(self.path / "coco" / f"annotations_{split}.json", json.dumps(content, allow_nan=False))
 
 
 def write_whole(path: Path, text: str) -> None:

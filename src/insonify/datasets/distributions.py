@@ -277,6 +277,6 @@ def _power_law(exponent: float, low: float, high: float, u: Floats) -> Floats:
 
 def _poisson(mean: float, u: Floats) -> NDArray[np.intp]:
     """Draws of a Poisson distribution."""
-    count = np.arange(int(mean + 12 * np.sqrt(mean) + 20))
-    log_factorial = np.concatenate([[0.0], np.cumsum(np.log(count[1:]))])
-    return np.searchsorted(np.cumsum(np.exp(count * np.log(mean) - mean - log_factorial)), u)
+    from scipy.special import pdtr
+
+    return np.searchsorted(pdtr(np.arange(int(mean + 12 * np.sqrt(mean) + 20)), mean), u)

@@ -74,7 +74,7 @@ def scene_images(file: DatasetFile, base: Scenario, number: int, threads: int | 
             if image.index >= (number + 1) * IMAGES_PER_SCENE:
                 raise ValueError(f"scene {number} has more than {IMAGES_PER_SCENE} images; give fewer pings or larger "
                                  "tiles")  # fmt: skip
-            yield SceneImage(replace(image, pings=image.pings), one, twin_scene, drawn)
+            yield SceneImage(image, one, twin_scene, drawn)
             first = image.index + 1
 
 

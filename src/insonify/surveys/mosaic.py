@@ -40,7 +40,7 @@ def mosaic_raster(survey: Survey) -> Raster:
     require_sideways(survey)
     sonar, speed = survey.scenario.sonar, survey.scenario.water.sound_speed
     resolution = speed / 2 / (sonar.pulse.bandwidth or 1 / sonar.pulse.duration)
-    steps = np.linalg.norm(np.diff(survey.position[:, :2], axis=0), axis=1)
+    steps = np.diff(survey.distance_run)
     spacing = float(np.median(steps)) if steps.size else 0.0
     pixel = round_pixel(max(resolution, spacing / 3, speed / 2 * survey.sample_interval))
     reach = float(slant_ranges(survey)[-1]) + pixel

@@ -87,6 +87,12 @@ class Survey:
         return np.asarray(np.hypot(north, east))
 
     @cached_property
+    def distance_run(self) -> Floats:
+        """Distance along the logged track at each recorded ping [m], shape (ping,)."""
+        steps = np.linalg.norm(np.diff(self.position[:, :2], axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    @cached_property
     def altitude(self) -> Floats:
         """Height of the platform above the seabed [m], shape (ping,)."""
         return self.bed_depth(self.position[:, 0], self.position[:, 1]) - self.position[:, 2]

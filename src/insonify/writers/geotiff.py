@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from insonify.annotations.labelled_image import CLASSES
 from insonify.annotations.labelled_pings import gain_ratio, labelled_pings
 from insonify.annotations.mosaic import labelled_mosaic
+from insonify.annotations.waterfalls import channels_of_sides
 from insonify.processing.slant_range_correction import slant_to_ground_range
 from insonify.surveys.earth_frame import NO_EARTH
 from insonify.surveys.ground_lines import require_sideways, slant_ranges
@@ -71,16 +72,16 @@ def write_waterfall(survey: Survey, path: Path) -> None:
     cell, altitude = float(slant[1] - slant[0]), survey.altitude
     reach = np.sqrt(max(slant[-1] ** 2 - float(np.nanmin(altitude)) ** 2, cell**2))
     across = np.asarray((np.arange(max(int(reach / cell), 2)) + 0.5) * cell, float)
-    sides = np.asarray(survey.recording["side"].values).astype(int)
-    shown = [int(np.flatnonzero(sides == side)[0]) for side in np.unique(sides)]
+    sides = channels_of_sides(survey)
+    shown = [channel for _, channel in sides]
     level = np.empty((survey.rows.size, len(shown) * across.size), np.float32)
     for number, amplitude in survey.amplitudes():
         levels_db = level_db(np.asarray(amplitude, float) ** 2 * gain)
         lines = slant_to_ground_range(levels_db[shown], slant, np.repeat(altitude[number], len(shown)), across)
-        ends = [line[::-1] if sides[channel] < 0 else line for channel, line in zip(shown, lines, strict=True)]
+        ends = [line[::-1] if side < 0 else line for (side, _), line in zip(sides, lines, strict=True)]
         level[-1 - number] = np.concatenate(ends)
-    run = np.linalg.norm(np.diff(survey.position[:, :2], axis=0), axis=1).sum()
-    step = float(run) / max(survey.rows.size - 1, 1) or cell
-    left = -reach if sides[shown[0]] < 0 else 0.0
+    run = float(survey.distance_run[-1])
+    step = run / max(survey.rows.size - 1, 1) or cell
+    left = -reach if sides[0][0] < 0 else 0.0
     georeference = NO_EARTH, (cell, 0.0, round(left / cell) * cell, 0.0, -step, run + step / 2)
     write_bands(path, georeference, {LEVEL: level}, ("dB re 1 uPa",), survey.tags)
