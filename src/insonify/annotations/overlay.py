@@ -39,8 +39,7 @@ def draw_annotations(image: LabelledImage, path: str | Path) -> Path:
         for axes, shown in ((left, []), (right, drawn)):
             _draw(axes, image, shown)
             axes.set_xlabel(image.columns.in_degrees.label)
-        left.set_ylabel(image.rows.in_degrees.label)
-        left.set_title("image")
+        left.set(ylabel=image.rows.in_degrees.label, title="image")
         right.set_title("annotations")
         kinds = sorted({part.kind for part in drawn})
         handles = [Patch(color=KINDS[CLASSES[kind - 1]], label=CLASSES[kind - 1]) for kind in kinds]

@@ -69,8 +69,7 @@ def draw(folder: Path) -> list[Path]:
         left, right = figure.subplots(1, 2, sharey=True)
         speeds(left, profile)
         gradients(right, profile)
-        left.set_ylim(21.0, -1.0)
-        left.set_ylabel("depth [m]")
+        left.set(ylim=(21.0, -1.0), ylabel="depth [m]")
         for axes in (left, right):
             axes.axhline(0, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=2)
             axes.axhspan(20, 21, color=style.CONTRIBUTION_COLOURS["seabed"], alpha=0.3, linewidth=0)

@@ -140,8 +140,7 @@ def _panels(figure: Figure) -> None:
     series.plot(time, pressure.real, color=style.EXPECTED, linewidth=0.5, label="in-phase part")
     series.set_title("c  coherent series, rms scale")
     series.legend(ncols=2, loc="upper right")
-    series.set_xlabel("time after the start of transmission [ms]")
-    series.set_ylabel("pressure [mPa]")
+    series.set(xlabel="time after the start of transmission [ms]", ylabel="pressure [mPa]")
     for axes in (energy, stems):
         axes.set_xlabel("")
 

@@ -153,7 +153,5 @@ def _panel(axes: Axes, water: Water) -> None:
             top = int(np.argmax(level))
             axes.annotate("target", (1e3 * time[top], level[top]), xytext=(8, -4), textcoords="offset points",
                           color=style.CONTRIBUTION_COLOURS["target"], fontweight="bold")  # fmt: skip
-    axes.set_xlim(*(1e3 * when for when in WINDOW))
-    axes.set_ylim(*SPAN)
-    axes.set_ylabel("level [dB re 1 uPa]")
+    axes.set(xlim=[1e3 * when for when in WINDOW], ylim=SPAN, ylabel="level [dB re 1 uPa]")
     axes.grid(True)

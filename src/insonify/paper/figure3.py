@@ -163,8 +163,7 @@ def picture(figure: Figure | SubFigure, sounds: list[tuple[str, Water, xr.Datase
     rows = list(figure.subplots(len(sounds), 1, sharex=True, sharey=True))
     for axes, letter, (title, water, sound) in zip(rows, "abc", sounds, strict=False):
         drawn = image(axes, water, sound)
-        axes.set_title(f"{letter}  {title}")
-        axes.set_ylabel("distance run [m]")
+        axes.set(title=f"{letter}  {title}", ylabel="distance run [m]")
     rows[-1].set_xlabel(f"slant range at {SOUND_SPEED:g} m/s [m]")
     figure.colorbar(drawn, ax=rows, label="level re a bare flat bed [dB]", pad=0.01)
     return rows

@@ -275,9 +275,7 @@ def _panel(axes: Axes, water: Water) -> None:
         rays = smooth_target(water, SAND, relief=sidescan_model.RELIEF, tracer=True)
         total = rays["level_db"].sel(contribution="total", pair="all").clip(min=0.0)
         axes.plot(1e3 * rays["time"], total, ":", color=style.EXPECTED, linewidth=1.6, label="rays without phase")
-    axes.set_xlim(*(1e3 * when for when in WINDOW))
-    axes.set_ylim(*SPAN)
-    axes.set_xlabel("time after the start of transmission [ms]")
+    axes.set(xlim=[1e3 * when for when in WINDOW], ylim=SPAN, xlabel="time after the start of transmission [ms]")
 
 
 def _bed_by_face(axes: Axes, curves: xr.Dataset) -> None:
@@ -297,6 +295,4 @@ def _pairs(axes: Axes, curves: xr.Dataset, water: Water, span: tuple[float, floa
         level = np.maximum(curves["level_db"].sel(pair=pair).values, 0.0)
         letters = "".join(LETTERS[leg] for leg in pair.split("-"))
         axes.plot(time, level, color=style.FAMILIES[family], linewidth=1.5, label=letters)
-    axes.set_xlim(*(1e3 * when for when in CLOSE[water]))
-    axes.set_ylim(*span)
-    axes.set_xlabel("time after the start of transmission [ms]")
+    axes.set(xlim=[1e3 * when for when in CLOSE[water]], ylim=span, xlabel="time after the start of transmission [ms]")

@@ -181,9 +181,7 @@ def _panel(axes: Axes, water: Water) -> None:
         axes.axvline(when, color=style.PAIRS[pair], linewidth=0.9, linestyle=":")
         axes.annotate(letters, (when, SPAN[1]), xytext=(0, -11), textcoords="offset points", ha="center",
                       color=style.PAIRS[pair], fontweight="bold", backgroundcolor="#FFFFFFB0")  # fmt: skip
-    axes.set_xlim(*(1e3 * when for when in WINDOW))
-    axes.set_ylim(*SPAN)
-    axes.set_ylabel("level [dB re 1 uPa]")
+    axes.set(xlim=[1e3 * when for when in WINDOW], ylim=SPAN, ylabel="level [dB re 1 uPa]")
 
 
 def _pairs(axes: Axes, water: Water) -> None:

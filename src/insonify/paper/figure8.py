@@ -152,8 +152,7 @@ def panels(figure: Figure, scenario: Scenario) -> None:
     spikes, energy, series = below.subplots(3, 1, sharex=True)
     spike_panel(spikes, scenario, "b  spike array: one mark for each path, by contribution")
     curves(energy, levels(scenario), WINDOW)
-    energy.set_title("c  expected level of each contribution")
-    energy.set_ylim(*SPAN)
+    energy.set(title="c  expected level of each contribution", ylim=SPAN)
     series_panel(series, scenario, "d  coherent series")
     for axes in (spikes, energy):
         axes.set_xlabel("")

@@ -175,8 +175,7 @@ def _panels(figure: Figure) -> None:
     spike_panel(spikes, scene(False), "b  spike array at one speed, by contribution")
     curves(energy, levels(scene(False)), WINDOW)
     _with_profile(energy)
-    energy.set_title("c  expected level of each contribution; dotted: under the profile")
-    energy.set_ylim(*SPAN)
+    energy.set(title="c  expected level of each contribution; dotted: under the profile", ylim=SPAN)
     series_panel(series, scene(False), "d  coherent series at one speed")
     for axes in (spikes, energy):
         axes.set_xlabel("")
@@ -218,8 +217,5 @@ def _changes(later: Axes, stronger: Axes) -> None:
         (stronger, "f  level re one speed", "increase of two-way level [dB]"),
     ):
         axes.axhline(0, color=style.QUIET, linewidth=0.8)
-        axes.set_title(title)
-        axes.set_xlabel("horizontal range [m]")
-        axes.set_ylabel(label)
-        axes.set_xlim(0, 180)
+        axes.set(title=title, xlabel="horizontal range [m]", ylabel=label, xlim=(0, 180))
     later.legend(loc="lower left")

@@ -109,8 +109,7 @@ def trace(
     if finite.size:
         top, low = finite.max(), np.quantile(finite, 0.06)
         axes.set_ylim(max(low - 15, top - DEEPEST), top + 5)
-    axes.set_xlabel("time after the start of transmission [ms]")
-    axes.set_ylabel("level [dB re 1 uPa]")
+    axes.set(xlabel="time after the start of transmission [ms]", ylabel="level [dB re 1 uPa]")
     style.range_axis(axes, sound.sound_speed, _altitude(sound), sound.sound_speed_note)
 
 
@@ -128,8 +127,7 @@ def envelope(axes: Axes, sound: RecordingLevels, row: int, look: TargetWindow) -
     pressure = amplitude_ratio(sound.level[row, look.channel, inside]) / 1e3
     axes.fill_between(time[inside], pressure, color=style.CONTRIBUTION_COLOURS["target"], alpha=0.25, linewidth=0)
     axes.plot(time[inside], pressure, color=style.CONTRIBUTION_COLOURS["target"], linewidth=0.9)
-    axes.set_xlim(*look.window)
-    axes.set_ylim(0)
+    axes.set(xlim=look.window, ylim=0)
     beam = f", beam {look.channel} with its highest level" if len(sound.steer) > 1 else ""
     axes.set_title(f"Around the target {look.label!r}{beam}")
     axes.set_xlabel("time after the start of transmission [ms]")

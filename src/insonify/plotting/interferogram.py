@@ -89,8 +89,7 @@ def _as_swath(axes: Axes, ends: list[float]) -> None:
     axes.grid(False)
     axes.xaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
     sides = "port  |  starboard,  " if min(ends) < 0 < max(ends) else ""
-    axes.set_xlabel(f"{sides}slant range [m]")
-    axes.set_ylabel("distance run [m]")
+    axes.set(xlabel=f"{sides}slant range [m]", ylabel="distance run [m]")
 
 
 def _profile(axes: Axes, sides: list[SwathSide], row: int, run: Floats) -> None:

@@ -109,8 +109,7 @@ def _images(image: xr.Dataset, masks_dataset: xr.Dataset, sound: RecordingLevels
     figure = style.new_figure(10, 9.5)
     upper, lower = figure.subplots(2, 1, sharex=True, sharey=True)
     drawn = lines(upper, image)
-    upper.set_title(", ".join(part for part in (sound.title, "image", sound.part) if part))
-    upper.set_xlabel("")
+    upper.set(title=", ".join(part for part in (sound.title, "image", sound.part) if part), xlabel="")
     figure.colorbar(drawn, ax=[upper, lower], label=NAMES[image.attrs["gain"]], pad=0.01)
     low, high, name = rows(image)
     span, across = colour_span(image["level_db"].values), image["across"].values
@@ -122,9 +121,7 @@ def _images(image: xr.Dataset, masks_dataset: xr.Dataset, sound: RecordingLevels
                          extent=(across[half][0], across[half][-1], low, high))  # fmt: skip
     lower.set_facecolor("#303030")
     lower.grid(False)
-    lower.set_xlabel(across_label(image, sound.sound_speed_note))
-    lower.set_ylabel(name)
-    lower.set_title("labels")
+    lower.set(xlabel=across_label(image, sound.sound_speed_note), ylabel=name, title="labels")
     _legend(figure, {kind: masks_dataset[kind].values for kind in KINDS})
     return figure
 

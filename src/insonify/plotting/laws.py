@@ -184,14 +184,11 @@ def reflection_curves(magnitude: Axes, phase: Axes, bed: Sediment) -> None:
     angle = np.radians(np.linspace(0, 90, 721))
     coefficient = reflection_coefficient(bed, angle)
     magnitude.plot(np.degrees(angle), np.abs(coefficient), color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=1.6)
-    magnitude.set_ylim(0, 1.05)
-    magnitude.set_title("Reflection by a flat bed")
-    magnitude.set_ylabel("pressure reflected, |R| [1]")
+    magnitude.set(ylim=(0, 1.05), title="Reflection by a flat bed", ylabel="pressure reflected, |R| [1]")
     unwrapped = np.degrees(np.unwrap(np.angle(coefficient)))
     unwrapped -= 360 * np.round(unwrapped[-1] / 360)  # unwrapped from grazing 0, where -180 and 180 are equal
     phase.plot(np.degrees(angle), unwrapped, color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=1.6)
-    phase.set_title("Phase of reflection, exp(+j$\\omega$t)")
-    phase.set_ylabel("phase of R [deg]")
+    phase.set(title="Phase of reflection, exp(+j$\\omega$t)", ylabel="phase of R [deg]")
     phase.yaxis.set_major_locator(MultipleLocator(45))
     for axes in (magnitude, phase):
         if bed.speed_ratio > 1:
@@ -235,8 +232,7 @@ def backscatter_db(law: ScatteringLaw, grazing: Floats) -> Floats:
 
 def _lobe_mesh(axes: PolarAxes, azimuth: Floats, zenith: Floats, strength: Floats) -> QuadMesh:
     top = float(5 * np.ceil(np.quantile(strength, 0.9995) / 5))
-    axes.set_theta_zero_location("N")
-    axes.set_theta_direction(-1)
+    axes.set(theta_zero_location="N", theta_direction=-1)
     axes.grid(False)
     mesh = axes.pcolormesh(
         azimuth, np.degrees(zenith), strength, cmap=style.COPPER, vmin=top - WEAKEST, vmax=top, rasterized=True
@@ -267,8 +263,7 @@ def _grazing_axis(axes: Axes) -> None:
 
 
 def _strength_axis(axes: Axes) -> None:
-    axes.set_ylim(-70, 25)
-    axes.set_ylabel(STRENGTH)
+    axes.set(ylim=(-70, 25), ylabel=STRENGTH)
 
 
 def _facts(bed: Sediment) -> str:

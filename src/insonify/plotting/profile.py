@@ -34,8 +34,7 @@ def profile(column: SoundSpeedProfile, path: str | Path, *, temperature: ArrayLi
         gradients(panels[1], column)
         if probed:
             probe(panels[2], column, temperature, salinity)
-        panels[0].set_ylim(column.depth[-1], min(column.depth[0], 0.0))
-        panels[0].set_ylabel("depth [m]")
+        panels[0].set(ylim=(column.depth[-1], min(column.depth[0], 0.0)), ylabel="depth [m]")
         figure.suptitle(title, ha="left", x=0.01, fontsize=11)
         return style.save_figure(figure, path)
 
@@ -71,8 +70,7 @@ def gradients(axes: Axes, column: SoundSpeedProfile) -> None:
     )
     for side, share, word, colour in words:
         axes.annotate(word, (share, 0.02), xycoords="axes fraction", ha=side, color=colour, fontsize=9)
-    axes.set_title("Change with depth")
-    axes.set_xlabel("gradient [1/s]")
+    axes.set(title="Change with depth", xlabel="gradient [1/s]")
 
 
 def probe(axes: Axes, column: SoundSpeedProfile, temperature: ArrayLike | None, salinity: ArrayLike | None) -> None:

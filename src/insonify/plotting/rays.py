@@ -82,9 +82,7 @@ def speed(axes: Axes, depth: ArrayLike, speeds: ArrayLike, source_depth: float) 
         [np.interp(source_depth, z, c)], [source_depth], "o", color=style.CONTRIBUTION_COLOURS["target"], markersize=7
     )
     margin = max(0.12 * float(np.ptp(c)), 0.5)
-    axes.set_xlim(c.min() - margin, c.max() + margin)
-    axes.set_xlabel("sound speed [m/s]")
-    axes.set_ylabel("depth [m]")
+    axes.set(xlim=(c.min() - margin, c.max() + margin), xlabel="sound speed [m/s]", ylabel="depth [m]")
 
 
 def shadow_zone(

@@ -90,9 +90,7 @@ def heights(axes: Axes, kinds: dict[str, WaveSpectrum]) -> None:
         axes.plot(k, density, color=colour, label=f"{name}: {significant_height(spectrum):.2g} m high")
         top = max(top, float(density.max()))
     _log_axes(axes)
-    axes.set_ylim(top * 1e-14, top * 1e2)
-    axes.set_title("Waves by height")
-    axes.set_ylabel("variance of height per wavenumber [m$^3$]")
+    axes.set(ylim=(top * 1e-14, top * 1e2), title="Waves by height", ylabel="variance of height per wavenumber [m$^3$]")
     axes.legend(loc="upper right")
 
 
@@ -111,9 +109,7 @@ def slopes(axes: Axes, kinds: dict[str, WaveSpectrum], frequency: float) -> None
         axes.plot(k, k**3 * spectrum.density(k), color=colour, label=f"{name}: {rms:.1f}° rms below k/3")
     axes.axvline(sound / 3, color=style.EXPECTED, linestyle="--", label=f"a third of k at {frequency / 1e3:g} kHz")
     _log_axes(axes)
-    axes.set_ylim(1e-5, 1)
-    axes.set_title("Waves by slope")
-    axes.set_ylabel("variance of slope per e-fold of wavenumber [1]")
+    axes.set(ylim=(1e-5, 1), title="Waves by slope", ylabel="variance of slope per e-fold of wavenumber [1]")
     axes.legend(loc="upper left")
 
 
@@ -210,14 +206,8 @@ def _waves(spectrum: WaveSpectrum) -> Floats:
 
 
 def _log_axes(axes: Axes) -> None:
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("wavenumber [rad/m]")
+    axes.set(xscale="log", yscale="log", xlabel="wavenumber [rad/m]")
 
 
 def _strength_axes(axes: Axes) -> None:
-    axes.set_xlim(0, 90)
-    axes.set_xticks(np.arange(0, 91, 15))
-    axes.set_ylim(-70, 20)
-    axes.set_xlabel("grazing angle [deg]")
-    axes.set_ylabel(STRENGTH)
+    axes.set(xlim=(0, 90), xticks=np.arange(0, 91, 15), ylim=(-70, 20), xlabel="grazing angle [deg]", ylabel=STRENGTH)

@@ -90,8 +90,7 @@ def draw_seabed_map(axes: Axes, scenario: Scenario, *, near: bool = False) -> No
     axes.set_title(
         "\n".join([scenario.title or "The seabed", *([] if grid is None else [grid.description])]), fontsize=9
     )
-    axes.set_xlabel("east [m]")
-    axes.set_ylabel("north [m]")
+    axes.set(xlabel="east [m]", ylabel="north [m]")
 
 
 def frame(scenario: Scenario, *, near: bool = True) -> tuple[Floats, Floats]:

@@ -113,9 +113,7 @@ def sector_axes(axes: Axes, slant: Floats, steer: Floats, *, labels: int = LABEL
                 down: bool = False) -> None:  # fmt: skip
     """Set limits and labels of a sector to scale; for the arguments see `sector`."""
     left, right, low, high = _bounds(slant, steer)
-    axes.set_aspect("equal")
-    axes.set_xlim(left, right)
-    axes.set_ylim((high, low) if down else (low, high))
+    axes.set(aspect="equal", xlim=(left, right), ylim=(high, low) if down else (low, high))
     axes.grid(False)
     for side in axes.spines.values():
         side.set_visible(False)

@@ -67,17 +67,14 @@ def _cuts(figure: Figure, cut: BeamCut) -> None:
         label="pattern of the array",
     )  # fmt: skip
     over.plot(degrees, cut.over_bearing, color=style.INK, linewidth=0.9, label="simulated")
-    over.set_title(f"{cut.label}, over bearing")
-    over.set_xlabel("bearing [deg]")
+    over.set(title=f"{cut.label}, over bearing", xlabel="bearing [deg]")
     over.legend(loc="upper center", ncols=2)
     near = np.abs(cut.slant - cut.slant[cut.sample]) < AROUND
     along.plot(cut.slant[near], cut.over_range[near], color=style.INK, linewidth=0.9)
-    along.set_title(f"{cut.label}, over range")
-    along.set_xlabel("slant range [m]")
+    along.set(title=f"{cut.label}, over range", xlabel="slant range [m]")
     for axes in (over, along):
         _level_axis(axes)
 
 
 def _level_axis(axes: Axes) -> None:
-    axes.set_ylim(-50, 8)
-    axes.set_ylabel("level [dB re peak]")
+    axes.set(ylim=(-50, 8), ylabel="level [dB re peak]")

@@ -78,8 +78,7 @@ def sidescan(image: xr.Dataset, title: str = "", note: str = "") -> Figure:
     figure = style.new_figure(10, 7)
     axes = figure.subplots()
     drawn = lines(axes, image)
-    axes.set_xlabel(across_label(image, note))
-    axes.set_title(title)
+    axes.set(xlabel=across_label(image, note), title=title)
     figure.colorbar(drawn, ax=axes, label=NAMES[image.attrs["gain"]], pad=0.01)
     return figure
 

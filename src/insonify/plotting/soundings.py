@@ -143,8 +143,7 @@ def _map(axes: Axes, soundings: SwathSoundings, values: Floats, span: tuple[floa
         shaded, origin="lower", extent=(-edge, edge, rows[0], rows[-1]), interpolation="nearest", aspect="equal"
     )
     axes.grid(False)
-    axes.set_xlabel("across the track, to starboard [m]")
-    axes.set_ylabel("along the track [m]")
+    axes.set(xlabel="across the track, to starboard [m]", ylabel="along the track [m]")
     return ScalarMappable(colours, DEPTHS)
 
 

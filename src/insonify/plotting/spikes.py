@@ -56,9 +56,7 @@ def spike_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], labe
         colour = style.PAIRS.get(name, style.QUIET)
         if (colours == colour).any():
             axes.plot([], [], "o", color=colour, markersize=4, label="off the surface" if name == "surface" else name)
-    axes.set_ylim(floor, floor + BELOW + 8)
-    axes.set_xlabel("delay [ms]")
-    axes.set_ylabel(label)
+    axes.set(ylim=(floor, floor + BELOW + 8), xlabel="delay [ms]", ylabel=label)
     if level.size:
         axes.legend(ncols=7, loc="upper right", handletextpad=0.2, columnspacing=1.0)
 

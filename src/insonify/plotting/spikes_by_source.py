@@ -34,8 +34,6 @@ def spikes_by_source(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64],
         axes.vlines(delay[rows], floor, level[rows], color=colour, linewidth=0.4, alpha=0.25, rasterized=True)
         axes.scatter(delay[rows], level[rows], s=3, color=colour, linewidths=0, rasterized=True)
         axes.plot([], [], "o", color=colour, markersize=4, label="target")
-    axes.set_ylim(floor, top)
-    axes.set_xlabel("delay [ms]")
-    axes.set_ylabel(label)
+    axes.set(ylim=(floor, top), xlabel="delay [ms]", ylabel=label)
     if level.size:
         axes.legend(ncols=3, loc="upper right", handletextpad=0.2, columnspacing=1.0)

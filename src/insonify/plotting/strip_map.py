@@ -120,13 +120,9 @@ def _cuts(figure: Figure, point: PointResponse) -> None:
     edge = (100 * point.off[0], 100 * point.off[-1]) * 2
     patch.imshow(point.level.T, origin="lower", extent=edge, cmap=style.COPPER, vmin=DEEP, vmax=0)
     patch.grid(False)
-    patch.set_title(f"{point.label}, closer")
-    patch.set_xlabel("along, from the true position [cm]")
-    patch.set_ylabel("across [cm]")
+    patch.set(title=f"{point.label}, closer", xlabel="along, from the true position [cm]", ylabel="across [cm]")
     row, column = point.top
     cuts.plot(100 * point.off, point.level[:, column], color=style.INK, label="along")
     cuts.plot(100 * point.off, point.level[row], color=style.FAMILIES["B"], label="across")
-    cuts.set_ylim(DEEP, 2)
-    cuts.set_xlabel("from the true position [cm]")
-    cuts.set_ylabel("level [dB re peak]")
+    cuts.set(ylim=(DEEP, 2), xlabel="from the true position [cm]", ylabel="level [dB re peak]")
     cuts.legend(loc="upper right")
