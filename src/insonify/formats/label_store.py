@@ -7,7 +7,6 @@ Variables over (ping, channel, time) of one type are rows of one array, because 
 import os
 import shutil
 import uuid
-import warnings
 from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache, partial
 from pathlib import Path
@@ -19,7 +18,6 @@ import zarr
 from numpy.typing import NDArray
 from zarr.codecs import BloscCodec
 from zarr.core.common import JSON
-from zarr.errors import ZarrUserWarning
 from zarr.storage import LocalStore
 
 from insonify.formats.checked_store import CheckedStore
@@ -34,7 +32,7 @@ from insonify.formats.store_description import (
     read_description,
     require_consistent_sizes,
 )
-from insonify.formats.zarr_store import PACKED, identity, ping_entry, require_own_recording, sweep
+from insonify.formats.zarr_store import complete_group, identity, ping_entry, require_own_recording, sweep
 from insonify.ocean.profile import FASTEST
 from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
 from insonify.records.recording import RecordingLayout
@@ -152,22 +150,8 @@ def _build(
             chunk_key_encoding={"name": "default", "separator": "."},  # a file for each ping, without subfolders
             compressors=LABEL_CODECS, attributes=dict[str, JSON](about),
         )  # fmt: skip
-    group.create_array(
-        "done", shape=(pings,), chunks=(shard,), dtype=bool, fill_value=False, dimension_names=("ping",),
-        compressors=PACKED,
-        attributes={"units": "1", "long_name": "whether the ping has been labelled"},
-    )  # fmt: skip
-    for name, values, units, meaning in (
-        ("ping", np.arange(pings), "1", "number of the ping"),
-        ("time", layout.time, "s", "time after the start of transmission"),
-    ):
-        group.create_array(
-            name, data=values, chunks=values.shape, dimension_names=(name,),
-            attributes={"units": units, "long_name": meaning},
-        )  # fmt: skip
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ZarrUserWarning)
-        zarr.consolidate_metadata(group.store)
+    time = layout.time, ("time",), "s", "time after the start of transmission"
+    complete_group(group, "whether the ping has been labelled", (pings, shard), {"time": time})
 
 
 def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str | None = None) -> None:

@@ -59,13 +59,7 @@ from insonify.records.recording import (
 
 PACKED = (ZstdCodec(level=0),)  # zarr's own
 """Codec of sound and masks."""
-_FAILURES = (
-    errno.ENOSPC,
-    errno.EDQUOT,
-    errno.EIO,
-    errno.EMFILE,
-    errno.ENFILE,
-)  # failures of the machine, independent of the name
+_FAILURES = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EMFILE, errno.ENFILE)  # of the machine, not of the name
 
 
 def create_recording(
@@ -146,7 +140,7 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
         ValueError: The data have another shape, or are not finite.
     """
     mine = require_own_recording(path, into)
-    array, rows = row_array(path, _sound_array(str(path), mine)), list[tuple[RowArray, int, bytes]]()
+    array, rows = row_array(path, sound_arrays(path)[0]), list[tuple[RowArray, int, bytes]]()
     if array.name in FIELDS:
         values = _checked("ping", ping, data, array)
         if not np.isfinite(values).all():
@@ -208,12 +202,6 @@ def require_own_recording(path: str | Path, into: str | None) -> str:
     if into is not None and mine != into:
         raise StoreError(f"{path} was replaced by another run while this one went on. Choose another name")
     return mine
-
-
-@lru_cache(maxsize=8)
-def _sound_array(path: str, mine: str) -> str:
-    """Name of the sound in the recording of one identity."""
-    return next(name for name in SOUND if (Path(path) / name).is_dir())
 
 
 def recorded_pings(path: str | Path, *, intact: Collection[int] = ()) -> NDArray[np.bool_]:
@@ -369,18 +357,30 @@ def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any], s
             attributes={"units": units, "long_name": long_name or RECORDED[units],
                         "coordinates": " ".join(coordinates_of(layout))},
         )  # fmt: skip
+    columns = {name: (np.asarray(getattr(layout, name), float), *about) for name, about in columns_of(layout).items()}
+    complete_group(group, "whether the ping has been simulated", (pings, shard), columns)
+
+
+def complete_group(
+    group: zarr.Group, mask: str, pings: tuple[int, int],
+    columns: Mapping[str, tuple[NDArray[Any], tuple[str, ...], str, str]],
+) -> None:  # fmt: skip
+    """Add what recordings and labels share: a mask of pings, small arrays, and one file with all descriptions.
+
+    Args:
+        group: Group of the recording, or of its labels, with its arrays over pings.
+        mask: Meaning of the mask `done`.
+        pings: Number of pings, and of those of a shard.
+        columns: Values, dimensions, unit and meaning of each small array; the numbers of the pings are added.
+    """
     group.create_array(
-        "done", shape=(pings,), chunks=(shard,), dtype=bool, fill_value=False, dimension_names=("ping",),
-        compressors=PACKED, attributes={"units": "1", "long_name": "whether the ping has been simulated"},
+        "done", shape=pings[:1], chunks=pings[1:], dtype=bool, fill_value=False, dimension_names=("ping",),
+        compressors=PACKED, attributes={"units": "1", "long_name": mask},
     )  # fmt: skip
-    for name, (dims, unit, meaning) in columns_of(layout).items():
-        values = np.asarray(getattr(layout, name), dtype=float)
-        attrs: dict[str, JSON] = {"units": unit, "long_name": meaning}
-        group.create_array(name, data=values, chunks=values.shape, dimension_names=dims, attributes=attrs)
-    group.create_array(
-        "ping", data=np.arange(pings), chunks=(pings,), dimension_names=("ping",),
-        attributes={"units": "1", "long_name": "number of the ping"},
-    )  # fmt: skip
+    numbers = {"ping": (np.arange(pings[0]), ("ping",), "1", "number of the ping")}
+    for name, (values, dims, unit, meaning) in {**columns, **numbers}.items():
+        about: dict[str, JSON] = {"units": unit, "long_name": meaning}
+        group.create_array(name, data=values, chunks=values.shape, dimension_names=dims, attributes=about)
     with warnings.catch_warnings():
         # One file with all descriptions: readers use it, though the format calls it an extension.
         warnings.simplefilter("ignore", ZarrUserWarning)
@@ -396,8 +396,7 @@ def _is_recording(path: Path) -> bool:
 
 def _require_complete(path: Path) -> None:
     """Refuse a recording with a missing file, and name the first."""
-    fields = [name for name in SOUND if (path / name).is_dir()]
-    if not fields:
+    if not (fields := sound_arrays(path)):
         raise StoreError(f"{path} is damaged: it has neither {' nor '.join(SOUND)}. {REPAIR_ADVICE}")
     for name in (*fields, "done", "ping", *COLUMNS):
         if name not in OPTIONAL_COLUMNS or (path / name).is_dir():
