@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 from insonify.demos.demo import DEMOS, template
 from insonify.demos.products import coherent_sidescan, product, product_kind, synthetic_aperture
 from insonify.demos.products.peaks import parabolic_peak_position, width
-from insonify.demos.products.true_depths import bed_depth, depth_from_above, is_clear_of_targets
+from insonify.demos.products.true_depths import depth_from_above, is_clear_of_targets
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scene.solid import seabed_depth_at
 from oracles.shown import simulated, small
 
 
@@ -95,7 +96,8 @@ def test_from_above_a_wreck_is_as_high_as_it_is():
     heights = [float(depth_from_above(scenario, *place)) for place in (deck, house)]
     assert heights[0] - heights[1] == pytest.approx(4.0, abs=1e-6)
     away = np.array([0.0, 5.0]), np.array([-30.0, -20.0])
-    np.testing.assert_array_equal(depth_from_above(scenario, *away), bed_depth(scenario, *away))
+    bed = seabed_depth_at(scenario.scene.seabed, np.stack(away, axis=-1))
+    np.testing.assert_array_equal(depth_from_above(scenario, *away), bed)
     assert is_clear_of_targets(scenario, *away, 3.0).all() and not is_clear_of_targets(scenario, deck[0], deck[1], 3.0)
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from insonify.demos.products.true_depths import bed_depth, depth_from_above, is_clear_of_targets
+from insonify.demos.products.true_depths import depth_from_above, is_clear_of_targets
 from insonify.plotting.target_view import half_extent, middle
+from insonify.scene.solid import seabed_depth_at
 from insonify.scene.triangle_surfaces import CIRCLE_STEPS
 from oracles.scenes import nominal, point
 
@@ -46,7 +47,8 @@ def test_targets_stand_on_the_relief_and_the_rest_is_relief():
     """Beside targets the ripples themselves; nowhere is anything deeper than the bed."""
     scenario = nominal(targets=[SPHERE, BOX], seabed=RIPPLES)
     north, east = np.meshgrid(np.linspace(-8, 8, 41), np.linspace(25, 45, 51), indexing="ij")
-    bed, top = bed_depth(scenario, north, east), depth_from_above(scenario, north, east)
+    bed = seabed_depth_at(scenario.scene.seabed, np.stack([north, east], axis=-1))
+    top = depth_from_above(scenario, north, east)
     assert np.ptp(bed) > 0.15 and (top <= bed + 1e-9).all()
     clear = (np.hypot(north - 3, east - 40) > 1.01) & (np.hypot(north + 4, east - 30) > 1.6)
     np.testing.assert_array_equal(top[clear], bed[clear])

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from insonify.plotting import style
-from insonify.plotting.seabed_map import depths, draw_seabed_map, plot_seabed
+from insonify.plotting.scene_view import scene
+from insonify.plotting.seabed_map import draw_seabed_map
 from oracles.scenes import nominal, point
 
 FRACTAL = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
@@ -72,5 +73,5 @@ def test_ground_that_was_not_surveyed_is_left_grey(tmp_path):
 def test_a_flat_bed_has_one_depth_and_the_picture_is_written(tmp_path):
     """No relief: 20 m everywhere."""
     scenario = nominal()
-    assert (depths(scenario, np.arange(3.0), np.arange(4.0)) == 20.0).all()
-    assert plot_seabed(scenario, tmp_path / "bed.png").stat().st_size > 1000
+    assert any("flat bed, 20 m deep" in text.get_text() for text in drawn(scenario).texts)
+    assert scene(scenario, tmp_path / "bed.png").stat().st_size > 1000

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from insonify.plotting import style
 from insonify.plotting.seabed_map import draw_seabed_map, frame, middle_bearing
 from insonify.scenario.scenario import Scenario
-from insonify.scene.solid import world_triangles
+from insonify.scenario.track_errors import seabed_depth_span
+from insonify.scene.solid import seabed_depth_at, world_triangles
 from insonify.scene.target import PointTarget
 from insonify.sonar.beam import beams
 from insonify.sonar.sonar import Sonar, array_position, array_rotation
@@ -64,7 +65,7 @@ def section(axes: Axes, scenario: Scenario) -> None:
         _targets(axes, scenario, side, track, sign, far)
         axes.plot([0], [position[2]], "o", color=style.INK, markersize=7, zorder=5)
     axes.axhline(0, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=2)
-    bed = _bed_in_reach(scenario, far)
+    bed = max(seabed_depth_span(scenario)[1], scenario.seabed.depth)
     margin = 0.03 * (max(edges) - min(edges))
     axes.set(xlim=(min(edges) - margin, max(edges) + margin), ylim=(1.1 * bed, -0.06 * bed))
     axes.grid(False)
@@ -74,12 +75,6 @@ def section(axes: Axes, scenario: Scenario) -> None:
     note = ", drawn without refraction" if scenario.water.layered else ""
     axes.set_title(f"In the beam's plane: two-way beam down to {-SHOWN_RANGE:g} dB{note}; bed; targets it passes",
                    fontsize=10)  # fmt: skip
-
-
-def _bed_in_reach(scenario: Scenario, far: float) -> float:
-    """Largest depth of the seabed that is drawn [m]."""
-    bed = scenario.completed_seabed.terrain
-    return scenario.seabed.depth if bed is None else float(max(bed.span[1], scenario.seabed.depth))
 
 
 def _beam(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, far: float) -> None:
@@ -106,17 +101,11 @@ def _beam(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, 
 def _ground(axes: Axes, scenario: Scenario, position: Floats, bearing: float, sign: int, far: float) -> None:
     """Draw the seabed along the beam."""
     x = np.linspace(0, far, 4 * CELLS[0])
-    bed = _along(scenario, position[0] + x * np.cos(bearing), position[1] + x * np.sin(bearing))
+    bed = seabed_depth_at(scenario.completed_seabed, position[:2] + x[:, None] * [np.cos(bearing), np.sin(bearing)])
     colour = style.CONTRIBUTION_COLOURS["seabed"]
     axes.plot(sign * x, bed, color=colour, linewidth=1.4, zorder=2)
     axes.fill_between(sign * x, bed, 1.2 * np.nanmax(bed, initial=scenario.seabed.depth), color=colour, alpha=0.3,
                       linewidth=0)  # fmt: skip
-
-
-def _along(scenario: Scenario, north: Floats, east: Floats) -> Floats:
-    """Depth of the seabed at positions [m], shape (n,)."""
-    bed = scenario.completed_seabed.terrain
-    return np.full(north.shape, scenario.seabed.depth) if bed is None else np.asarray(bed.depth_at(north, east))
 
 
 def _cut_along(corners: Floats, origin: Floats, bearing: float) -> tuple[Floats, Floats] | None:

@@ -1,7 +1,5 @@
 """Map of a scenario's seabed within the range of its sonar: depths, track, swaths and targets."""
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
@@ -12,7 +10,7 @@ from numpy.typing import NDArray
 
 from insonify.plotting import style
 from insonify.scenario.scenario import Scenario
-from insonify.scene.solid import world_triangles
+from insonify.scene.solid import seabed_depth_at, world_triangles
 from insonify.scene.target import PointTarget
 from insonify.sonar.beam import beams
 from insonify.sonar.sonar import Sonar, array_rotation
@@ -38,18 +36,6 @@ SIDES = {-1: ("#B02318", "port swath"), 0: ("#0B3F73", "beam on the bed"), 1: ("
 """Colour and name of the swath of each side: red and green, as a ship's lamps."""
 
 
-def plot_seabed(scenario: Scenario, path: str | Path) -> Path:
-    """Draw the depth of the seabed around a scenario's track.
-
-    Returns:
-        The path.
-    """
-    with style.plot_style():
-        figure = style.new_figure(9, 7)
-        draw_seabed_map(figure.subplots(), scenario)
-        return style.save_figure(figure, path)
-
-
 def draw_seabed_map(axes: Axes, scenario: Scenario, *, near: bool = False) -> None:
     """Draw the depth of the seabed within the range of a direct echo, north up, shaded from the north-west.
 
@@ -62,7 +48,8 @@ def draw_seabed_map(axes: Axes, scenario: Scenario, *, near: bool = False) -> No
     (south, west), (north, east) = frame(scenario, near=near)
     step = max(north - south, east - west) / POINTS
     norths, easts = np.arange(south, north, step) + step / 2, np.arange(west, east, step) + step / 2
-    depth, extent = depths(scenario, norths, easts), (west, east, south, north)
+    nodes = np.stack(np.meshgrid(norths, easts, indexing="ij"), axis=-1)
+    depth, extent = seabed_depth_at(scenario.completed_seabed, nodes), (west, east, south, north)
     low, high = float(np.nanmin(depth, initial=np.inf)), float(np.nanmax(depth, initial=-np.inf))
     if high > low:
         image = axes.imshow(depth, origin="lower", extent=extent, cmap=style.COPPER.reversed())
@@ -211,17 +198,3 @@ def _in_frame(axes: Axes, middle: Floats, footprint: Floats) -> Floats:
     inside = (points[:, 0] >= south) & (points[:, 0] <= north) & (points[:, 1] >= west) & (points[:, 1] <= east)
     shown = points[inside]
     return shown[np.argmin(np.hypot(*(shown - middle).T))] if len(shown) else middle
-
-
-def depths(scenario: Scenario, north: Floats, east: Floats) -> Floats:
-    """Depth of the seabed on a grid [m], shape (north, east); NaN where it was not surveyed.
-
-    Args:
-        scenario: Scenario to draw.
-        north: Rows [m], shape (n,).
-        east: Columns [m], shape (m,).
-    """
-    terrain = scenario.completed_seabed.terrain
-    if terrain is None:
-        return np.full((len(north), len(east)), scenario.seabed.depth)
-    return terrain.depth_at(north[:, None], east[None, :])

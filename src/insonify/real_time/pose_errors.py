@@ -1,17 +1,15 @@
 """Errors of poses that leave the water, or put an array into a target."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from insonify.scenario.element_errors import elements_out_of_water
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.scenario_errors import MIN_POINT_DISTANCE
 from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions
 from insonify.scene.scene import Scene, inside_body
+from insonify.scene.solid import seabed_depth_at
 from insonify.scene.target import PointTarget
 from insonify.sonar.platforms import Platforms
-
-Floats = NDArray[np.float64]
 
 
 def require_in_water(scenario: Scenario, scene: Scene, platforms: Platforms) -> None:
@@ -28,7 +26,7 @@ def require_in_water(scenario: Scenario, scene: Scene, platforms: Platforms) -> 
     for name, position in array_positions(scenario, platforms).items():
         if name in (PLATFORM, RECEIVER):
             continue
-        depth, bed = float(position[0, 2]), _seabed_depth(scene, position)
+        depth, bed = float(position[0, 2]), float(seabed_depth_at(scene.seabed, position)[0])
         where = f"position puts {name} at {np.round(position[0], 3).tolist()} m (north, east, depth)"
         if depth <= 0:
             raise ValueError(f"{where}, at or above the sea surface. Depths are positive downwards; give a depth "
@@ -48,9 +46,3 @@ def require_in_water(scenario: Scenario, scene: Scene, platforms: Platforms) -> 
         for _, element, depth in elements_out_of_water(side, platforms.receiver_poses, scenario.seabed.depth):
             raise ValueError(f"attitude and position put element {element} of the receive array out of the water, at "
                              f"{depth:.4g} m. Give another depth or attitude.")  # fmt: skip
-
-
-def _seabed_depth(scene: Scene, position: Floats) -> float:
-    """Depth of the seabed under one position of shape (1, 3) [m]."""
-    terrain = scene.seabed.terrain
-    return scene.seabed.depth if terrain is None else float(terrain.depth_at(position[:, 0], position[:, 1])[0])

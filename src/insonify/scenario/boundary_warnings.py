@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions, seabed_depth_below, seabed_depth_span
+from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions, seabed_depth_span
+from insonify.scene.solid import seabed_depth_at
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -28,7 +29,7 @@ def boundary_warning(scenario: Scenario) -> str:
             continue
         if position[:, 2].min() >= near and seabed_depth_span(scenario)[0] - position[:, 2].max() >= near:
             continue
-        above = seabed_depth_below(scenario, position) - position[:, 2]
+        above = seabed_depth_at(scenario.completed_seabed, position) - position[:, 2]
         for what, gap in (("the sea surface", position[:, 2]), ("the seabed", above)):
             if np.any(gap < near):
                 ping = int(np.nanargmin(gap))

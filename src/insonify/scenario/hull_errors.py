@@ -11,9 +11,9 @@ from pydantic_core import PydanticCustomError
 
 from insonify.model import field_error
 from insonify.scenario.platform_poses import platforms
-from insonify.scenario.track_errors import seabed_depth_below, seabed_depth_span
+from insonify.scenario.track_errors import seabed_depth_span
 from insonify.scene.clipping import overlap_box
-from insonify.scene.solid import complete_triangles
+from insonify.scene.solid import complete_triangles, seabed_depth_at
 from insonify.scene.target import PointTarget, Target
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def _aground_error(scenario: Scenario, hull: Hull, poses: Poses) -> Iterator[Pyd
     ahead, aside = ahead * hull.length, aside * hull.width
     offset = np.stack([c * ahead - s * aside, s * ahead + c * aside, np.zeros((len(rows), len(ahead)))], axis=-1)
     position = (underside[rows, None] + offset).reshape(-1, 3)
-    aground = np.flatnonzero(position[:, 2] >= seabed_depth_below(scenario, position))
+    aground = np.flatnonzero(position[:, 2] >= seabed_depth_at(scenario.completed_seabed, position))
     if len(aground):
         north, east, _ = position[aground[0]]
         yield field_error("sonar.hull.offset", None, f"puts the underside at or below the seabed at ping "

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from insonify.ocean.scattering_layers import ScatteringPatch
 from insonify.scenario.platform_poses import platforms
-from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions, seabed_depth_below, seabed_depth_span
-from insonify.scene.solid import complete_triangles
+from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions, seabed_depth_span
+from insonify.scene.solid import complete_triangles, seabed_depth_at
 from insonify.scene.target import PointTarget, Target
 from insonify.scene.volume_scatterers import max_water_depth
 
@@ -65,7 +65,8 @@ def _bed(scenario: Scenario, ends: list[Floats], farthest: float, reach: str) ->
         reached = farthest * (SLOPES if scenario.seabed.relief else 1.0)
         if lowest - deepest <= reached:
             return ""
-        nearest = float(min(np.nanmin(seabed_depth_below(scenario, position) - position[:, 2]) for position in ends))
+        bed = scenario.completed_seabed
+        nearest = float(min(np.nanmin(seabed_depth_at(bed, position) - position[:, 2]) for position in ends))
         if nearest <= reached:
             return ""
     return (

@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from insonify.model import field_error
 from insonify.scenario.platform_poses import platforms
+from insonify.scene.solid import seabed_depth_at
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -68,7 +69,7 @@ def _out_of_water_errors(
     for name, lies in depths.items():
         if lies.min() > 0 and lies.max() < seabed_depth_span(scenario)[0]:
             continue
-        floor = seabed_depth_below(scenario, arrays[name])
+        floor = seabed_depth_at(scenario.completed_seabed, arrays[name])
         wrong = np.flatnonzero((lies <= 0) | (lies >= floor))
         if wrong.size:
             depth, bed = float(lies[wrong[0]]), float(floor[wrong[0]])
@@ -84,19 +85,6 @@ def seabed_depth_span(scenario: Scenario) -> tuple[float, float]:
     """Depths between which all of the seabed lies [m]."""
     bed = scenario.completed_seabed.terrain
     return (scenario.seabed.depth,) * 2 if bed is None else bed.span
-
-
-def seabed_depth_below(scenario: Scenario, position: Floats) -> Floats:
-    """Depth of the seabed under some positions [m], shape (n,).
-
-    Args:
-        scenario: The scenario.
-        position: North, east, depth [m], shape (n, 3).
-    """
-    bed = scenario.completed_seabed.terrain
-    if bed is None:
-        return np.full(len(position), scenario.seabed.depth)
-    return bed.depth_at(position[:, 0], position[:, 1])
 
 
 def _constant_depth_advice(

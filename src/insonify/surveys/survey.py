@@ -17,7 +17,8 @@ from insonify.processing.recorder import lines_as_pings
 from insonify.records.recording import FIELDS
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
-from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.scenario.track_errors import seabed_depth_span
+from insonify.scene.solid import seabed_depth_at
 from insonify.surveys.earth_frame import EarthFrame
 
 Floats = NDArray[np.float64]
@@ -115,19 +116,12 @@ class Survey:
 
     def bed_depth(self, north: Floats, east: Floats) -> Floats:
         """Depth of the seabed at positions [m], of their shape."""
-        terrain = self._terrain
-        if terrain is None:
-            return np.full(np.shape(north), self.scenario.seabed.depth)
-        return terrain.depth_at(north, east)
+        return seabed_depth_at(self.scenario.completed_seabed, np.stack([north, east], axis=-1))
 
     @property
     def shallowest_bed(self) -> float:
         """Least depth of the seabed [m]."""
-        return self.scenario.seabed.depth if self._terrain is None else self._terrain.span[0]
-
-    @cached_property
-    def _terrain(self) -> SeabedTerrain | None:
-        return self.scenario.scene.seabed.terrain
+        return seabed_depth_span(self.scenario)[0]
 
     def amplitude(self, numbers: slice) -> NDArray[np.float32]:
         """Rms amplitude of successive pings [uPa], shape (ping, channel, time).

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.scenario.scenario import Scenario
-from insonify.scene.solid import complete_triangles
+from insonify.scene.solid import complete_triangles, seabed_depth_at
 from insonify.scene.target import PointTarget
 from insonify.scene.triangle_surfaces import Triangles
 
@@ -12,19 +12,6 @@ Floats = NDArray[np.float64]
 
 AROUND = np.radians(np.arange(0, 360, 30))
 """Directions in which the distance to targets is checked [rad]."""
-
-
-def bed_depth(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> Floats:
-    """Depth of the seabed at positions [m], broadcast shape.
-
-    Args:
-        scenario: Scenario of the recording.
-        north: North of the positions [m].
-        east: East of the positions [m].
-    """
-    x, y = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
-    bed = scenario.scene.seabed.terrain
-    return np.full(x.shape, scenario.seabed.depth) if bed is None else bed.depth_at(x, y)
 
 
 def depth_from_above(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> Floats:
@@ -35,8 +22,8 @@ def depth_from_above(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> F
         north: North of the positions [m].
         east: East of the positions [m].
     """
-    depth = bed_depth(scenario, north, east)
     x, y = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
+    depth = seabed_depth_at(scenario.completed_seabed, np.stack([x, y], axis=-1))
     for target in scenario.targets:
         if not isinstance(target, PointTarget):
             top = _top(complete_triangles(target, scenario.scene.seabed), x, y)
