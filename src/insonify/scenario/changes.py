@@ -5,10 +5,10 @@ from pathlib import PurePath
 from typing import Any, Literal, TypeVar, get_origin
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
-from insonify.scenario.diagnostic import Diagnostic, ScenarioError
-from insonify.scenario.diagnostics import validation_diagnostics, yaml_boolean_errors
+from insonify.scenario.diagnostic import Diagnostic
+from insonify.scenario.load import parse_source
 from insonify.scenario.unit_warnings import unit_warnings
 from insonify.scenario.yaml_source import Path, YamlSource, dotted
 
@@ -32,16 +32,8 @@ def with_changes(model: ModelT, changes: Mapping[str, object]) -> tuple[ModelT, 
         ScenarioError: A path leads nowhere, or a value is refused; every fault with its path and the fix.
     """
     source = YamlSource(NAME, values=_plain(model), lines={(): 0})
-    faults = [fault for path, value in changes.items() if (fault := _put(source, model, path, _as_typed(value)))]
-    faults += yaml_boolean_errors(type(model), source)
-    try:
-        changed = type(model).model_validate(source.values, context={"folder": ""})
-    except ValidationError as error:
-        source.faults = faults
-        raise ScenarioError([*faults, *validation_diagnostics(error, type(model), source)]) from None
-    if faults:
-        raise ScenarioError(faults)
-    return changed, unit_warnings(type(model), source)
+    source.faults = [fault for path, value in changes.items() if (fault := _put(source, model, path, _as_typed(value)))]
+    return parse_source(type(model), source, ""), unit_warnings(type(model), source)
 
 
 def _put(source: YamlSource, model: BaseModel, dotted_path: str, value: object) -> Diagnostic | None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from insonify.propagation.families import families_reaching
 from insonify.scenario.platform_poses import platforms
+from insonify.scenario.swell_errors import two_digits
 from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_SCALE
 from insonify.sonar.ping_geometry import array_depths, ping_geometry
 from insonify.sonar.received_pulse import received_pulse
@@ -54,11 +55,11 @@ def density_warnings(scenario: Scenario) -> list[str]:
     if not sparse or min(sparse)[0] >= ENOUGH:
         return []
     part, boundary = min(sparse)
-    most = part * paths.scatterers_per_cell
+    most = two_digits(part * paths.scatterers_per_cell, down=True)
     return [
         f"paths.scatterers_per_cell: {paths.scatterers_per_cell:g} are requested, but scatterers lie "
         f"{1e3 * np.sqrt(MIN_CELL_SIZE):.3g} mm apart at the closest: the smallest resolution cells of the {boundary} "
-        f"hold {_rounded_down(most)}. Give {_rounded_down(most)} or fewer; 5 make speckle."
+        f"hold {most:g}. Give {most:g} or fewer; 5 make speckle."
     ]
 
 
@@ -79,16 +80,7 @@ def _smallest_cell(scenario: Scenario, height: float) -> float:
     geometry = ping_geometry(scenario.sonar.side_sonars[0], poses, 0, window=window, water=scenario.water,
                              pulse=received_pulse(scenario.sonar), seed=scenario.seed)  # fmt: skip
     cells = resolution_of(scenario.scene, scenario.paths, geometry)
-    ranges = (
-        np.array([scenario.water.min_sound_speed, scenario.water.max_sound_speed])
-        * np.array(geometry.recorded_delays)
-        / 2
-    )
+    speeds = scenario.water.min_sound_speed, scenario.water.max_sound_speed
+    ranges = np.multiply(speeds, geometry.recorded_delays) / 2
     near, far = (np.sqrt(np.maximum(np.array([one]) ** 2 - height**2, 0.0)) for one in ranges)
     return float(cells.finest(near, far, height)[0])
-
-
-def _rounded_down(count: float) -> str:
-    """A count to two digits, not above it."""
-    digits = 10.0 ** (np.floor(np.log10(count)) - 1)
-    return f"{np.floor(count / digits + 1e-9) * digits:g}"

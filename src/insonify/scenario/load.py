@@ -48,7 +48,7 @@ def load(model: type[ModelT], path: str | Path) -> ModelT:
         ScenarioError: Every fault found in the file, one line each.
     """
     source = read(_text(Path(path)), str(path))
-    parsed = _parsed(model, source, Path(path).parent)
+    parsed = parse_source(model, source, Path(path).parent)
     for doubt in unit_warnings(model, source):
         warnings.warn(str(doubt), PhysicsWarning, stacklevel=3)
     return parsed
@@ -69,26 +69,25 @@ def parse_model(
     Raises:
         ScenarioError: Every fault found in the text, one line each.
     """
-    return _parsed(model, read(text, name), Path(folder), recorded=recorded)
+    return parse_source(model, read(text, name), folder, recorded=recorded)
 
 
-def _parsed(model: type[ModelT], source: YamlSource, folder: Path, *, recorded: bool = False) -> ModelT:
+def parse_source(model: type[ModelT], source: YamlSource, folder: str | Path, *, recorded: bool = False) -> ModelT:
+    """Parse a model from plain values; arguments as those of `parse_model`.
+
+    Raises:
+        ScenarioError: Every fault found in the values, those that the source has already included.
+    """
     if source.values is None:
         raise ScenarioError(source.faults)
     source.faults += yaml_boolean_errors(model, source)
-    parsed, faults = _validated(model, source, {"folder": folder, "recorded": recorded})
-    if parsed is None or source.faults:
-        raise ScenarioError([*source.faults, *faults])
-    return parsed
-
-
-def _validated(
-    model: type[ModelT], source: YamlSource, context: dict[str, object]
-) -> tuple[ModelT | None, list[Diagnostic]]:
     try:
-        return model.model_validate(source.values, context=context), []
+        parsed = model.model_validate(source.values, context={"folder": folder, "recorded": recorded})
     except ValidationError as error:
-        return None, validation_diagnostics(error, model, source)
+        raise ScenarioError([*source.faults, *validation_diagnostics(error, model, source)]) from None
+    if source.faults:
+        raise ScenarioError(source.faults)
+    return parsed
 
 
 def _text(path: Path) -> str:

@@ -38,8 +38,8 @@ def swell_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iter
     flatness, name = required_curvature_radius(scenario, array_positions)
     if swell.curvature * flatness <= 1:
         return
-    height = _rounded(swell.height / (swell.curvature * flatness), down=True)
-    length = _rounded(math.pi * math.sqrt(2 * swell.height * flatness), down=False)
+    height = two_digits(swell.height / (swell.curvature * flatness), down=True)
+    length = two_digits(math.pi * math.sqrt(2 * swell.height * flatness), down=False)
     yield field_error(
         "surface.swell", f"{swell.height:g} m high and {swell.length:g} m long",
         f"is so curved that a path {name} in the window reflects at several points, and one tilted plane cannot stand "
@@ -114,7 +114,12 @@ def _curvature_radius(
     return float(np.max(2 * part * (1 - part) * slant**2 / climb))
 
 
-def _rounded(value: float, *, down: bool) -> float:
-    """A number of two digits that is not above, or not below, another one."""
+def two_digits(value: float, *, down: bool) -> float:
+    """A number of two digits that is not above, or not below, another one.
+
+    Args:
+        value: The other number, above 0.
+        down: True: not above it.
+    """
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return round((math.floor if down else math.ceil)(value / unit * (1 + (1e-9 if down else -1e-9))) * unit, 12)

@@ -6,7 +6,6 @@ that the file states for it, of spreading and absorption, and of the insonified 
 remains, which the mean over all angles of each ping takes out. One sediment is fitted to the pings at 320 and 380 kHz.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.stats import skew
 
 from insonify.formats.instruments import open_instrument
 from insonify.formats.instruments.scenario_text import scenario_text
@@ -76,12 +76,11 @@ class AngularResults:
     """The same of simulated pings."""
 
 
-def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> AngularResults:
+def evaluate(folder: Path) -> AngularResults:
     """Fit the sediment at some pings, and predict the others.
 
     Args:
         folder: Folder of the recording.
-        report: Called with a line on the progress.
     """
     with open_instrument(folder / FILE) as file:
         soundings, image = file.read("soundings").load(), file.read("seabed image").load()
@@ -92,7 +91,7 @@ def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> AngularR
     for sediment in SEDIMENTS:
         differences = [_response(base, soundings, pings[ping], ping, sediment, cache).difference for ping in FITTED]
         misfit[sediment] = float(np.sqrt(np.nanmean(np.square(differences))))
-        report(f"{sediment}: {misfit[sediment]:.1f} dB rms")
+        print(f"{sediment}: {misfit[sediment]:.1f} dB rms")
     best = min(misfit, key=lambda name: misfit[name])
     responses = [_response(base, soundings, real, ping, best, cache) for ping, real in enumerate(pings)]
     contrasts = [_real_speckle(image, soundings, ping) for ping in range(len(pings))]
@@ -218,9 +217,8 @@ def speckle_moments(contrasts: list[Floats]) -> Floats:
         contrasts: Levels of each ping re their neighbours [dB].
     """
     level = np.concatenate(contrasts)
-    centred, intensity = level - level.mean(), 10 ** (level / 10)
-    skew = np.mean(centred**3) / np.mean(centred**2) ** 1.5
-    return np.array([level.std(ddof=1), skew, intensity.std(ddof=1) / intensity.mean()])
+    intensity = 10 ** (level / 10)
+    return np.array([level.std(ddof=1), skew(level), intensity.std(ddof=1) / intensity.mean()])
 
 
 def speckle_table(real: list[Floats], simulated: list[Floats]) -> str:

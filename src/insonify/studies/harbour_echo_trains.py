@@ -7,7 +7,6 @@ coefficient of the hull are fitted at 200 kHz; the other frequencies are predict
 at half the amplitude of an echo's peak. A ping in which other sounds stand between the echoes is left out.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +24,7 @@ from insonify.processing.split_beam import echosounder_levels
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import simulate
+from insonify.studies.harbour_angular_response import SEDIMENTS
 from insonify.studies.page import Section, table
 from insonify.units import level_db
 
@@ -34,8 +34,6 @@ FILE = "ek80-zeebrugge-38-70-120-200-333khz.raw"
 GROUPS = ("38 kHz", "70 kHz", "120 kHz", "200 kHz", "333 kHz")
 FITTED = "200 kHz"
 """Group at which grain size and hull are fitted."""
-SEDIMENTS = ("coarse sand", "medium sand", "very fine sand", "coarse silt", "clay")
-"""Sediments tried, from the coarsest to the finest."""
 ECHOES = 3
 """Echoes of the train."""
 SOUND_SPEED = 1502.0
@@ -92,13 +90,12 @@ class TrainResults:
         return np.std(np.hstack([self.drawn, relative]), axis=0, ddof=1)
 
 
-def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable[[str], None] = print) -> TrainResults:
+def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS) -> TrainResults:
     """Fit at one frequency, and predict the others.
 
     Args:
         folder: Folder of the recording.
         groups: Groups to predict; the fitted one among them.
-        report: Called with a line on the progress.
     """
     path = folder / FILE
     misfit, best, bounces = {}, (np.inf, SEDIMENTS[0], 0.0), np.arange(ECHOES)
@@ -108,7 +105,7 @@ def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable
         hull_db = float(np.clip(np.polyfit(bounces, excess, 1)[0], -40, 0))
         misfit[sediment] = float(np.sqrt(np.mean((excess - bounces * hull_db) ** 2)))
         best = min(best, (misfit[sediment], sediment, hull_db))
-        report(f"{sediment}: {misfit[sediment]:.1f} dB rms, hull {hull_db:.1f} dB")
+        print(f"{sediment}: {misfit[sediment]:.1f} dB rms, hull {hull_db:.1f} dB")
     _, sediment, hull_db = best
     trains = []
     for group in groups:
@@ -117,7 +114,7 @@ def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable
         expected, _, curve = _levels(scenario)
         level = np.interp(profile[0], *curve, left=np.nan, right=np.nan)
         trains.append(Train(group, levels, expected, lags, limited, (profile[0], profile[1], level)))
-        report(f"{group}: real {levels.mean(axis=0).round(1)}, simulated {expected.round(1)}")
+        print(f"{group}: real {levels.mean(axis=0).round(1)}, simulated {expected.round(1)}")
     drawn = _scenario(path, FITTED, sediment, 10 ** (hull_db / 20)).with_("field", "coherent")
     pings = [_levels(drawn.with_("seed", seed + 1))[:2] for seed in range(DRAWS)]
     smooth = _levels(drawn.with_({"seabed.reflecting_interface": "smooth", "seabed.scattering": None}))[1]

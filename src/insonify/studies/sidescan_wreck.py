@@ -7,7 +7,6 @@ the bed; predicted are distribution and correlation of the amplitudes, the hull'
 """
 
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.stats import skew
 
 from insonify.formats.instruments import open_instrument
 from insonify.plotting import style
@@ -70,12 +70,11 @@ class SidescanResults:
     """Real and simulated value by name."""
 
 
-def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> SidescanResults:
+def evaluate(folder: Path) -> SidescanResults:
     """Simulate the line, and measure both images in the same way.
 
     Args:
         folder: Folder of the recording.
-        report: Called with a line on the progress.
     """
     with open_instrument(folder / FILE) as file:
         group = file.read("starboard").load()
@@ -89,7 +88,7 @@ def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> Sidescan
         silent = scenario.with_({"water.noise_level_db": 0.0, "seabed.scattering": None, "targets": [],
                                  "seabed.texture": None})  # fmt: skip
         noise = simulate(silent)
-    report(f"{echoes.sizes['ping']} pings of {echoes.sizes['time']} samples")
+    print(f"{echoes.sizes['ping']} pings of {echoes.sizes['time']} samples")
     fields = (echoes["pressure"].values[:, 0], noise["pressure"].values[:, 0])
     images = counts / FULL_SCALE, recorded(fields, echoes["time"].values, counts / FULL_SCALE, slant, altitude)
     real, ours = (numbers(image, slant, altitude) for image in images)
@@ -186,13 +185,8 @@ def _patch(amplitude: Floats) -> tuple[float, ...]:
     centred = flat - flat.mean()
     power = np.mean(centred**2)
     across, along = np.mean(centred[:, 1:] * centred[:, :-1]), np.mean(centred[1:] * centred[:-1])
-    return (float(flat.std() / flat.mean()), _skew(flat), float(log.std()), _skew(log), float(across / power),
-            float(along / power))  # fmt: skip
-
-
-def _skew(values: Floats) -> float:
-    centred = values - values.mean()
-    return float(np.mean(centred**3) / np.mean(centred**2) ** 1.5)
+    spread, skews = flat.std() / flat.mean(), [skew(part, axis=None) for part in (flat, log)]
+    return tuple(float(one) for one in (spread, skews[0], log.std(), skews[1], across / power, along / power))
 
 
 def _scenario(altitude: Floats, folder: Path, farthest: float) -> Scenario:

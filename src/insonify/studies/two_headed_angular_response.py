@@ -5,7 +5,6 @@ freed by the maker of spreading, absorption, area and the sonar's own levels; it
 20 log cos(angle) beyond the crossover angle. The sediment is fitted to one head and predicts the other.
 """
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -36,12 +35,11 @@ from insonify.studies.page import Section
 FILE = "em2040-belgica-0077.all"
 
 
-def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> AngularResults:
+def evaluate(folder: Path) -> AngularResults:
     """Fit the sediment to one head, and predict the other.
 
     Args:
         folder: Folder of the recording.
-        report: Called with a line on the progress.
     """
     with open_instrument(folder / FILE) as file:
         soundings, image = file.read("soundings").load(), file.read("seabed image").load()
@@ -55,7 +53,7 @@ def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> AngularR
     misfit = {}
     for sediment in SEDIMENTS:
         misfit[sediment] = float(np.sqrt(np.nanmean(_response("", *real[0], simulated[sediment]).difference ** 2)))
-        report(f"{sediment}: {misfit[sediment]:.1f} dB rms")
+        print(f"{sediment}: {misfit[sediment]:.1f} dB rms")
     best = min(misfit, key=lambda name: misfit[name])
     responses = [_response(f"head {head}", *one, simulated[best]) for head, one in zip(heads, real, strict=True)]
     sides = [(row, side) for row in np.concatenate(rows) for side in (-1, 1)]
