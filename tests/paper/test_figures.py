@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.image import imread
 
 from insonify import paper
-from insonify.paper import figure3, figure5, figure6, figure7, figure10, figure11, figure12, figure13
+from insonify.paper import figure3, figure5, figure6, figure7, figure10, figure12, figure13
 from insonify.paper.checked_numbers import CheckedNumber, write_numbers
 from insonify.paper.nominal_scenario import nominal
+from insonify.plotting import style
 
 LONG = {**dict.fromkeys((2, 3, 4, 5, 6, 7, 11, 13), pytest.mark.validate), **dict.fromkeys((1, 9, 10, 14), ())}
 """Marks of figures that take other than some seconds."""
@@ -113,22 +115,27 @@ def test_spikes_energy_model_and_series_agree(tmp_path: Path) -> None:
 
     In the shortest window 25 cells of each: 0.5 dB is 3.05 standard errors.
     """
-    for row in check(11, figure11.draw(tmp_path, realisations=28)):
+    for row in check(11, paper.draw(11, tmp_path, realisations=28)):
         assert row["expected"] is None or row["holds"] is True, (row["name"], row["value"])
 
 
 def test_jitter_decorrelates_as_sinc_squared(tmp_path: Path) -> None:
     """Figure 13: 5 seeds of 825 cells; the error of the correlation is 0.886/sqrt(4125) = 0.014."""
-    rows = check(13, figure13.draw(tmp_path, realisations=5))
+    rows = check(13, paper.draw(13, tmp_path, realisations=5))
     assert [row["value"] for row in rows] == pytest.approx(np.sinc(figure13.JITTERS) ** 2, abs=0.042)
 
 
 def test_without_a_choice_all_figures_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each by its own module, in the order of the paper."""
+    """Each by its own module, in the order of the paper; its numbers are in its own file, and its size is kept."""
     for n in paper.FIGURES:
-        made = [tmp_path / f"figure{n}{suffix}" for suffix in (".png", ".json")]
-        monkeypatch.setattr(f"insonify.paper.figure{n}.draw", lambda folder, made=made: made)
-    assert [path.stem for path in paper.run(None, tmp_path)[::2]] == [f"figure{n}" for n in range(1, 15)]
+        made = style.new_figure(n, 2.0), {"scene": nominal()}, [CheckedNumber(f"of figure {n}", n, "1")]
+        monkeypatch.setattr(f"insonify.paper.figure{n}.draw", lambda made=made: made)
+    written = paper.run(None, tmp_path)
+    assert [path.name for path in written] == [f"figure{n}.{kind}" for n in range(1, 15) for kind in ("png", "json")]
+    for n, (picture, numbers) in enumerate(zip(written[::2], written[1::2], strict=True), start=1):
+        assert imread(picture).shape[1] == 130 * n
+        content = json.loads(numbers.read_text(encoding="utf-8"))
+        assert (content["figure"], [row["value"] for row in content["numbers"]]) == (n, [n])
 
 
 def test_a_change_must_name_a_value() -> None:

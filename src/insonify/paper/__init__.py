@@ -32,6 +32,27 @@ def run(figures: list[int] | None, folder: Path, *, on_figure: Callable[[int, in
     report(0, len(requested))
     written: list[Path] = []
     for done, number in enumerate(requested, start=1):
-        written += import_module(f"{__name__}.figure{number}").draw(folder)
+        written += draw(number, folder)
         report(done, len(requested))
     return written
+
+
+def draw(number: int, folder: Path, **options: int) -> list[Path]:
+    """Draw one of the paper's figures, and write the picture and its numbers.
+
+    Args:
+        number: Number of the figure in the paper.
+        folder: Folder of picture and numbers.
+        **options: Arguments of the figure's own function `draw`.
+
+    Returns:
+        The files written.
+    """
+    from insonify.paper.checked_numbers import write_numbers
+    from insonify.plotting import style
+
+    module = import_module(f"{__name__}.figure{number}")
+    with style.plot_style():
+        figure, scenarios, numbers = module.draw(**options)
+        picture = style.save_figure(figure, folder / f"figure{number}.png")
+    return [picture, write_numbers(folder / f"figure{number}.json", number, module.TITLE, scenarios, numbers)]

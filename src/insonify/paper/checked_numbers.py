@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+from matplotlib.figure import Figure
+
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 
@@ -42,6 +44,10 @@ class CheckedNumber:
         return bool(abs(self.value - self.expected) <= self.tolerance)
 
 
+Drawn = tuple[Figure, dict[str, Scenario], Iterable[CheckedNumber]]
+"""A figure, its scenarios by name, and its numbers."""
+
+
 def write_numbers(
     path: Path, figure: int, title: str, scenarios: dict[str, Scenario], numbers: Iterable[CheckedNumber]
 ) -> Path:
@@ -62,12 +68,7 @@ def write_numbers(
         for name, scenario in scenarios.items()
     }
     rows = [{**asdict(number), "relation": number.relation, "holds": number.holds} for number in numbers]
-    content = {
-        "figure": figure,
-        "title": title,
-        "version": version("insonify"),
-        "scenarios": provenance,
-        "numbers": rows,
-    }
+    about = {"figure": figure, "title": title, "version": version("insonify")}
+    content = {**about, "scenarios": provenance, "numbers": rows}
     path.write_text(json.dumps(content, indent=1, default=float) + "\n", encoding="utf-8")
     return path

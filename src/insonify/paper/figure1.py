@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.ocean.profile_file import read_profile
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.thermocline_model import PROFILE, layered
 from insonify.plotting import style
 from insonify.plotting.profile import gradients, speeds
@@ -57,26 +57,20 @@ def numbers() -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
     profile = profile_read_from_yaml()
-    with style.plot_style():
-        figure = style.new_figure(9, 5.5)
-        left, right = figure.subplots(1, 2, sharey=True)
-        speeds(left, profile)
-        gradients(right, profile)
-        left.set(ylim=(21.0, -1.0), ylabel="depth [m]")
-        for axes in (left, right):
-            axes.axhline(0, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=2)
-            axes.axhspan(20, 21, color=style.CONTRIBUTION_COLOURS["seabed"], alpha=0.3, linewidth=0)
-            axes.axhline(20, color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=2)
-        _mark_depths(left)
-        picture = style.save_figure(figure, folder / "figure1.png")
-    return [picture, write_numbers(folder / "figure1.json", 1, TITLE, {"thermocline": layered()}, numbers())]
+    figure = style.new_figure(9, 5.5)
+    left, right = figure.subplots(1, 2, sharey=True)
+    speeds(left, profile)
+    gradients(right, profile)
+    left.set(ylim=(21.0, -1.0), ylabel="depth [m]")
+    for axes in (left, right):
+        axes.axhline(0, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=2)
+        axes.axhspan(20, 21, color=style.CONTRIBUTION_COLOURS["seabed"], alpha=0.3, linewidth=0)
+        axes.axhline(20, color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=2)
+    _mark_depths(left)
+    return figure, {"thermocline": layered()}, numbers()
 
 
 def _mark_depths(axes: Axes) -> None:

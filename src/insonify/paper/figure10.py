@@ -5,13 +5,12 @@ z_s, -z_s, 2H - z_s, 2H + z_s and z_s - 2H for a, b, c, d, e.
 """
 
 from itertools import combinations_with_replacement
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.nominal_scenario import nominal
 from insonify.plotting import style
 from insonify.plotting.leg_diagram import LETTERS, section
@@ -67,20 +66,14 @@ def numbers() -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
     delay = legs().delay
-    with style.plot_style():
-        figure = style.new_figure(10, 6.5)
-        above, below = figure.subplots(2, 1, height_ratios=(3, 2))
-        section(above, tuple(LETTERS), 11.0, POINTS["target top"], DISTANCE, nominal().seabed.depth)
-        _comb(below, delay)
-        picture = style.save_figure(figure, folder / "figure10.png")
-    return [picture, write_numbers(folder / "figure10.json", 10, TITLE, {"nominal": nominal()}, numbers())]
+    figure = style.new_figure(10, 6.5)
+    above, below = figure.subplots(2, 1, height_ratios=(3, 2))
+    section(above, tuple(LETTERS), 11.0, POINTS["target top"], DISTANCE, nominal().seabed.depth)
+    _comb(below, delay)
+    return figure, {"nominal": nominal()}, numbers()
 
 
 def _comb(axes: Axes, delay: NDArray[np.float64]) -> None:

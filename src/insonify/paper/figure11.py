@@ -6,13 +6,11 @@ that both reverberations are visible; and noise of 5 dB re 1 uPa^2/Hz in the bea
 28 dB of thermal and wind noise at 100 kHz less the array's directivity of 10 log10(2 L / wavelength) = 23 dB.
 """
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.nominal_scenario import nominal
 from insonify.plotting import style
 from insonify.plotting.levels import curves
@@ -108,21 +106,15 @@ def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path, realisations: int = REALISATIONS) -> list[Path]:
-    """The picture and its numbers.
+def draw(realisations: int = REALISATIONS) -> Drawn:
+    """The picture, its scenarios by name, and its numbers.
 
     Args:
-        folder: Where they go.
         realisations: Number of seeds of the numbers.
-
-    Returns:
-        The files written.
     """
-    with style.plot_style():
-        figure = style.new_figure(9.5, 9.5)
-        _panels(figure)
-        picture = style.save_figure(figure, folder / "figure11.png")
-    return [picture, write_numbers(folder / "figure11.json", 11, TITLE, {"seed 1": scene()}, numbers(realisations))]
+    figure = style.new_figure(9.5, 9.5)
+    _panels(figure)
+    return figure, {"seed 1": scene()}, numbers(realisations)
 
 
 def _panels(figure: Figure) -> None:

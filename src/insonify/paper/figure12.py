@@ -7,14 +7,13 @@ expected intensity, once with a box 6 m wide, so that little sound passes its si
 """
 
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.nominal_scenario import box, nominal
 from insonify.plotting import style
 from insonify.scenario.scenario import Scenario
@@ -93,27 +92,21 @@ def numbers() -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
     scenarios = {name: scene(n, paths__geometry="slice") for n, name in enumerate(ORDERS)}
-    with style.plot_style():
-        figure = style.new_figure(9.5, 8)
-        figure.suptitle("traces: one vertical plane (slice); boxed: shadow contrast in the whole scene", fontsize=10)
-        rows = figure.subplots(3, 1, sharex=True, sharey=True)
-        for axes, letter, (name, scenario) in zip(rows, "abc", scenarios.items(), strict=True):
-            _panel(axes, scenario)
-            axes.set_title(f"{letter}  {name}")
-            _contrasts(axes, scenario.paths.max_reflections)
-        rows[0].set(xlim=[1e3 * t for t in WINDOW], ylim=(25, 134))
-        rows[0].legend(ncols=4, loc="upper right")
-        rows[-1].set_xlabel("time after the start of transmission [ms]")
-        picture = style.save_figure(figure, folder / "figure12.png")
+    figure = style.new_figure(9.5, 8)
+    figure.suptitle("traces: one vertical plane (slice); boxed: shadow contrast in the whole scene", fontsize=10)
+    rows = figure.subplots(3, 1, sharex=True, sharey=True)
+    for axes, letter, (name, scenario) in zip(rows, "abc", scenarios.items(), strict=True):
+        _panel(axes, scenario)
+        axes.set_title(f"{letter}  {name}")
+        _contrasts(axes, scenario.paths.max_reflections)
+    rows[0].set(xlim=[1e3 * t for t in WINDOW], ylim=(25, 134))
+    rows[0].legend(ncols=4, loc="upper right")
+    rows[-1].set_xlabel("time after the start of transmission [ms]")
     behind = {f"6 m box, {name}": shadow_scene(n, WIDE) for n, name in enumerate(ORDERS)}
-    return [picture, write_numbers(folder / "figure12.json", 12, TITLE, {**scenarios, **behind}, numbers())]
+    return figure, {**scenarios, **behind}, numbers()
 
 
 def _contrasts(axes: Axes, reflections: int) -> None:

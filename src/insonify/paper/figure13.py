@@ -6,12 +6,11 @@ and of the seabed before the target, 30-195 ms, where replicas do not overlap: t
 |E exp(-j 2 pi J u)|^2 = sinc^2(J), for u uniform in 0..1.
 """
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.nominal_scenario import nominal
 from insonify.plotting import style
 from insonify.scenario.scenario import Scenario
@@ -68,35 +67,29 @@ def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path, realisations: int = REALISATIONS) -> list[Path]:
-    """The picture and its numbers.
+def draw(realisations: int = REALISATIONS) -> Drawn:
+    """The picture, its scenarios by name, and its numbers.
 
     Args:
-        folder: Where they go.
         realisations: Number of seeds of the numbers.
-
-    Returns:
-        The files written.
     """
     scenarios = {f"jitter {jitter:g}": scene(jitter) for jitter in JITTERS}
     rows = numbers(realisations)
-    with style.plot_style():
-        figure = style.new_figure(9.5, 9.5)
-        panels = figure.subplots(len(JITTERS), 1, sharex=True, sharey=True)
-        for axes, scenario, row in zip(panels, scenarios.values(), rows, strict=True):
-            recording = simulate(scenario)
-            time = recording["time"].values * 1e3
-            level = level_db(np.abs(recording["pressure"].values[:, 0]) ** 2)
-            axes.plot(time, level[1], color=style.FAMILIES["B"], linewidth=1.4)
-            axes.plot(time, level[0], color=style.INK, linewidth=0.6)
-            axes.set_ylim(40, 126)
-            axes.set_title(
-                f"jitter up to {scenario.paths.jitter:g} $\\lambda$: pings of bare seabed correlate {row.value:.2f} "
-                f"(sinc$^2$: {row.expected:.2f})"
-            )
-        panels[0].set_xlim(*(1e3 * t for t in WINDOW))
-        panels[0].legend(["second ping", "first ping"], ncols=2, loc="upper right")
-        panels[2].set_ylabel("level [dB re 1 uPa]")
-        panels[-1].set_xlabel("time after the start of transmission [ms]")
-        picture = style.save_figure(figure, folder / "figure13.png")
-    return [picture, write_numbers(folder / "figure13.json", 13, TITLE, scenarios, rows)]
+    figure = style.new_figure(9.5, 9.5)
+    panels = figure.subplots(len(JITTERS), 1, sharex=True, sharey=True)
+    for axes, scenario, row in zip(panels, scenarios.values(), rows, strict=True):
+        recording = simulate(scenario)
+        time = recording["time"].values * 1e3
+        level = level_db(np.abs(recording["pressure"].values[:, 0]) ** 2)
+        axes.plot(time, level[1], color=style.FAMILIES["B"], linewidth=1.4)
+        axes.plot(time, level[0], color=style.INK, linewidth=0.6)
+        axes.set_ylim(40, 126)
+        axes.set_title(
+            f"jitter up to {scenario.paths.jitter:g} $\\lambda$: pings of bare seabed correlate {row.value:.2f} "
+            f"(sinc$^2$: {row.expected:.2f})"
+        )
+    panels[0].set_xlim(*(1e3 * t for t in WINDOW))
+    panels[0].legend(["second ping", "first ping"], ncols=2, loc="upper right")
+    panels[2].set_ylabel("level [dB re 1 uPa]")
+    panels[-1].set_xlabel("time after the start of transmission [ms]")
+    return figure, scenarios, rows

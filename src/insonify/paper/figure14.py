@@ -6,7 +6,6 @@ around it. For the beam pattern the box is replaced by a point at that bearing, 
 """
 
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.nominal_scenario import box, nominal
 from insonify.plotting import style
 from insonify.plotting.recording_levels import colour_span, recording_levels
@@ -132,18 +131,12 @@ def _image() -> xr.Dataset:
     return simulate(scene())
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
-    with style.plot_style():
-        figure = style.new_figure(11.5, 7)
-        _panels(figure)
-        picture = style.save_figure(figure, folder / "figure14.png")
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
+    figure = style.new_figure(11.5, 7)
+    _panels(figure)
     scenarios = {"image": scene(), "point": point_scene(alone=True)}
-    return [picture, write_numbers(folder / "figure14.json", 14, TITLE, scenarios, numbers())]
+    return figure, scenarios, numbers()
 
 
 def _panels(figure: Figure) -> None:

@@ -6,14 +6,12 @@ shadow behind it. Under the thermocline the grazing angle on the bed is 9 degree
 level fluctuates less, and no direct sound reaches the bed beyond 162 m.
 """
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from insonify.paper import sidescan_model
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.sidescan_model import WATERS, Water
 from insonify.plotting import style
 from insonify.scenario.scenario import Scenario
@@ -117,24 +115,18 @@ def numbers(seeds: int = SEEDS) -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
-    with style.plot_style():
-        figure = style.new_figure(9.5, 7.5)
-        rows = figure.subplots(2, 1, sharex=True, sharey=True)
-        for axes, letter, water in zip(rows, "ab", WATERS, strict=True):
-            _panel(axes, water)
-            axes.set_title(f"{letter}  {sidescan_model.TITLES[water]}")
-        rows[0].legend(ncols=2, loc="upper right")
-        rows[-1].set_xlabel("time after the start of transmission [ms]")
-        picture = style.save_figure(figure, folder / "figure2.png")
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
+    figure = style.new_figure(9.5, 7.5)
+    rows = figure.subplots(2, 1, sharex=True, sharey=True)
+    for axes, letter, water in zip(rows, "ab", WATERS, strict=True):
+        _panel(axes, water)
+        axes.set_title(f"{letter}  {sidescan_model.TITLES[water]}")
+    rows[0].legend(ncols=2, loc="upper right")
+    rows[-1].set_xlabel("time after the start of transmission [ms]")
     scenarios = {f"{water}, fractal": scene(water, relief=sidescan_model.RELIEF) for water in WATERS}
     scenarios |= {f"{water}, flat": scene(water) for water in WATERS}
-    return [picture, write_numbers(folder / "figure2.json", 2, TITLE, scenarios, numbers())]
+    return figure, scenarios, numbers()
 
 
 def _panel(axes: Axes, water: Water) -> None:

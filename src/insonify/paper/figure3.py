@@ -6,7 +6,6 @@ reaches the bed, and along the track it is as wide as the box and the beam toget
 """
 
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from insonify.paper import sidescan_model
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.sidescan_model import WATERS, Water
 from insonify.paper.thermocline_model import SOUND_SPEED
 from insonify.plotting import style
@@ -77,7 +76,7 @@ def shadow_end(water: Water, height: float) -> tuple[float, float]:
     expected = sidescan_model.shadow_end(water, height=height)
     when = sidescan_model.two_way(water, "D", "D", expected, sidescan_model.BED)
     window = (when - 1.5e-3, when + 1.5e-3)
-    values = {"paths.max_reflections": 0, "track.window": window, **sidescan_model.with_box(height=height)}
+    values = {"paths.max_reflections": 0, "track.window": window, **sidescan_model.with_box(height)}
     measured = sidescan_model.shadow_end_time(
         *sidescan_model.expected_ping(sidescan_model.scene(water, values)), when, reach=0.4e-3
     )
@@ -134,20 +133,11 @@ def numbers() -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
-    with style.plot_style():
-        figure = style.new_figure(10.5, 6.8)
-        picture(figure, [(sidescan_model.TITLES[water], water, simulate(scene(water))) for water in WATERS])
-        path = style.save_figure(figure, folder / "figure3.png")
-    return [
-        path,
-        write_numbers(folder / "figure3.json", 3, TITLE, {water: scene(water) for water in WATERS}, numbers()),
-    ]
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
+    figure = style.new_figure(10.5, 6.8)
+    picture(figure, [(sidescan_model.TITLES[water], water, simulate(scene(water))) for water in WATERS])
+    return figure, {water: scene(water) for water in WATERS}, numbers()
 
 
 def picture(figure: Figure | SubFigure, sounds: list[tuple[str, Water, xr.Dataset]]) -> list[Axes]:

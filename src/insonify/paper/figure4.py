@@ -21,7 +21,6 @@ addition to the corner echo but another description of it, and the panels show b
 
 import math
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from insonify.paper import sidescan_model
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.nominal_scenario import box
 from insonify.paper.sidescan_model import WATERS, Water
 from insonify.plotting import style
@@ -227,37 +226,31 @@ def numbers() -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
-    with style.plot_style():
-        figure = style.new_figure(10.5, 12.0)
-        above, below, last = figure.subplots(3, 2, sharey="row")
-        for axes, letter, water in zip(above, "ab", WATERS, strict=True):
-            _panel(axes, water)
-            axes.set_title(f"{letter}  {sidescan_model.TITLES[water]}")
-        for axes, letter, water in zip(below, "cd", WATERS, strict=True):
-            _pairs(axes, echoes(water, SAND, short=True), water, (80, 130))
-            axes.set_title(f"{letter}  the face by a pulse of 30 us, {SAND}")
-        for axes, letter, water in zip(last, "ef", WATERS, strict=True):
-            curves = smooth_target(water, PAPER_REFLECTION, short=True)
-            _pairs(axes, curves.sel(contribution="target"), water, (50, 170))
-            _bed_by_face(axes, curves.sel(contribution="seabed"))
-            axes.set_title(f"{letter}  the same, but smooth, over R = {PAPER_REFLECTION:g}")
-        for axes in (above[0], below[0], last[0]):
-            axes.set_ylabel("level [dB re 1 uPa]")
-        for axes in (above[0], below[1], last[1]):
-            axes.legend(loc="upper right")
-        picture = style.save_figure(figure, folder / "figure4.png")
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
+    figure = style.new_figure(10.5, 12.0)
+    above, below, last = figure.subplots(3, 2, sharey="row")
+    for axes, letter, water in zip(above, "ab", WATERS, strict=True):
+        _panel(axes, water)
+        axes.set_title(f"{letter}  {sidescan_model.TITLES[water]}")
+    for axes, letter, water in zip(below, "cd", WATERS, strict=True):
+        _pairs(axes, echoes(water, SAND, short=True), water, (80, 130))
+        axes.set_title(f"{letter}  the face by a pulse of 30 us, {SAND}")
+    for axes, letter, water in zip(last, "ef", WATERS, strict=True):
+        curves = smooth_target(water, PAPER_REFLECTION, short=True)
+        _pairs(axes, curves.sel(contribution="target"), water, (50, 170))
+        _bed_by_face(axes, curves.sel(contribution="seabed"))
+        axes.set_title(f"{letter}  the same, but smooth, over R = {PAPER_REFLECTION:g}")
+    for axes in (above[0], below[0], last[0]):
+        axes.set_ylabel("level [dB re 1 uPa]")
+    for axes in (above[0], below[1], last[1]):
+        axes.legend(loc="upper right")
     scenarios = {
         f"{water}, {bed}": scene(water, bed, relief=sidescan_model.RELIEF)
         for water in WATERS
         for bed in (PAPER_REFLECTION, SAND)
     }
-    return [picture, write_numbers(folder / "figure4.json", 4, TITLE, scenarios, numbers())]
+    return figure, scenarios, numbers()
 
 
 def _panel(axes: Axes, water: Water) -> None:

@@ -8,7 +8,6 @@ the legs reflected steeply by it (e) are weaker: roughness of a few millimetres 
 """
 
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -16,7 +15,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from insonify.paper import figure2, sidescan_model
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.sidescan_model import WATERS, Water
 from insonify.plotting import style
 from insonify.plotting.leg_diagram import LETTERS
@@ -140,28 +139,22 @@ def numbers() -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
-    with style.plot_style():
-        figure = style.new_figure(10.5, 10)
-        above, below = figure.subfigures(2, 1, height_ratios=(2, 1.1), squeeze=False)[:, 0]
-        rows = above.subplots(2, 1, sharex=True, sharey=True)
-        for axes, letter, water in zip(rows, "ab", WATERS, strict=True):
-            _panel(axes, water)
-            axes.set_title(f"{letter}  {sidescan_model.TITLES[water]}")
-        rows[0].legend(ncols=2, loc="upper right")
-        rows[-1].set_xlabel("time after the start of transmission [ms]")
-        for axes, letter, water in zip(below.subplots(1, 2, sharey=True), "cd", WATERS, strict=True):
-            _pairs(axes, water)
-            axes.set_title(f"{letter}  the target alone on a flat bed, {water}")
-        picture = style.save_figure(figure, folder / "figure5.png")
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
+    figure = style.new_figure(10.5, 10)
+    above, below = figure.subfigures(2, 1, height_ratios=(2, 1.1), squeeze=False)[:, 0]
+    rows = above.subplots(2, 1, sharex=True, sharey=True)
+    for axes, letter, water in zip(rows, "ab", WATERS, strict=True):
+        _panel(axes, water)
+        axes.set_title(f"{letter}  {sidescan_model.TITLES[water]}")
+    rows[0].legend(ncols=2, loc="upper right")
+    rows[-1].set_xlabel("time after the start of transmission [ms]")
+    for axes, letter, water in zip(below.subplots(1, 2, sharey=True), "cd", WATERS, strict=True):
+        _pairs(axes, water)
+        axes.set_title(f"{letter}  the target alone on a flat bed, {water}")
     scenarios = {f"{water}, fractal": scene(water, relief=sidescan_model.RELIEF) for water in WATERS}
     scenarios |= {f"{water}, flat": scene(water) for water in WATERS}
-    return [picture, write_numbers(folder / "figure5.json", 5, TITLE, scenarios, numbers())]
+    return figure, scenarios, numbers()
 
 
 def _panel(axes: Axes, water: Water) -> None:

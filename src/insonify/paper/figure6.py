@@ -6,7 +6,6 @@ with arrays omnidirectional in elevation. The third image shows the remedy of re
 """
 
 from functools import lru_cache
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -15,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from insonify.paper import figure2, figure3, sidescan_model
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.figure5 import GHOSTS
 from insonify.paper.sidescan_model import WATERS, Water
 from insonify.plotting import style
@@ -127,21 +126,15 @@ def numbers() -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
     scenarios = {sidescan_model.TITLES[water]: scene(water) for water in WATERS}
     narrow = f"1500 m/s, arrays {WIDE:g} deg wide in elevation, {TILT:g} deg down"
     scenarios[narrow] = scene("one speed", beam="narrow")
     waters: tuple[Water, ...] = (*WATERS, "one speed")
-    with style.plot_style():
-        figure = style.new_figure(10.5, 9.6)
-        _panels(figure, scenarios, waters)
-        path = style.save_figure(figure, folder / "figure6.png")
-    return [path, write_numbers(folder / "figure6.json", 6, TITLE, scenarios, numbers())]
+    figure = style.new_figure(10.5, 9.6)
+    _panels(figure, scenarios, waters)
+    return figure, scenarios, numbers()
 
 
 def _panels(figure: Figure, scenarios: dict[str, Scenario], waters: tuple[Water, ...]) -> None:

@@ -7,7 +7,6 @@ under the wind sea of a breeze of 3 m/s (coherent part and glints), and without 
 """
 
 from functools import lru_cache
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -16,7 +15,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from insonify.paper import figure3, sidescan_model
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.figure5 import GHOSTS
 from insonify.paper.sidescan_model import WATERS, Water
 from insonify.plotting import style
@@ -125,27 +124,21 @@ def numbers() -> list[CheckedNumber]:
     return rows
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
-    with style.plot_style():
-        figure = style.new_figure(10.5, 10)
-        above, below = figure.subfigures(2, 1, height_ratios=(1.7, 1), squeeze=False)[:, 0]
-        sounds = [(f"{sidescan_model.TITLES[water]}, swell", water, simulate(image_scene(water))) for water in WATERS]
-        figure3.picture(above, sounds)
-        curves = below.subplots(1, 2, sharey=True)
-        for axes, letter, water in zip(curves, "cd", WATERS, strict=True):
-            _curves(axes, water)
-            axes.set_title(f"{letter}  correlation of coherent pings, {water}")
-        curves[0].set_ylabel("correlation of pings [1]")
-        curves[1].legend(loc="center right")
-        picture = style.save_figure(figure, folder / "figure7.png")
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
+    figure = style.new_figure(10.5, 10)
+    above, below = figure.subfigures(2, 1, height_ratios=(1.7, 1), squeeze=False)[:, 0]
+    sounds = [(f"{sidescan_model.TITLES[water]}, swell", water, simulate(image_scene(water))) for water in WATERS]
+    figure3.picture(above, sounds)
+    curves = below.subplots(1, 2, sharey=True)
+    for axes, letter, water in zip(curves, "cd", WATERS, strict=True):
+        _curves(axes, water)
+        axes.set_title(f"{letter}  correlation of coherent pings, {water}")
+    curves[0].set_ylabel("correlation of pings [1]")
+    curves[1].legend(loc="center right")
     scenarios = {f"{water}, image": image_scene(water) for water in WATERS}
     scenarios |= {f"{water}, {sea}": pings_scene(water, sea) for water in WATERS for sea in SURFACES}
-    return [picture, write_numbers(folder / "figure7.json", 7, TITLE, scenarios, numbers())]
+    return figure, scenarios, numbers()
 
 
 def _curves(axes: Axes, water: Water) -> None:

@@ -5,14 +5,12 @@ the sum of its replicas, that coherent addition causes speckle of a flat bed (in
 has 1), the effect of the random amplitude, and the largest range of direct paths to the bed.
 """
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
 from insonify.paper.thermocline_model import (
     PERTURBATION,
     PROFILE,
@@ -101,7 +99,7 @@ def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
     off = float(np.linalg.norm(series - total) / np.linalg.norm(total))
     speckled, smooth = speckle_index(realisations)
     reach, delay = shadow_edge()
-    bed = _of(arrivals(scene(True)), "seabed")
+    bed = paths_of(arrivals(scene(True)), "seabed")
     gain = 10 * np.log10(1 + PERTURBATION**2 / 3)
     circle, uniform = "arcs of circles: the ray that is horizontal at 8 m", "variance of a uniform change, e^2 / 3"
     rows = [
@@ -128,21 +126,16 @@ def strongest(scenario: Scenario) -> list[CheckedNumber]:
     return rows
 
 
-def _of(paths: Arrivals, name: str) -> Arrivals:
+def paths_of(paths: Arrivals, name: str) -> Arrivals:
+    """Paths of one object, by its name."""
     return paths.take(paths.object == name)
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
-    with style.plot_style():
-        figure = style.new_figure(10.5, 10.5)
-        panels(figure, scene(True))
-        picture = style.save_figure(figure, folder / "figure8.png")
-    return [picture, write_numbers(folder / "figure8.json", 8, TITLE, {"thermocline": scene(True)}, numbers())]
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
+    figure = style.new_figure(10.5, 10.5)
+    panels(figure, scene(True))
+    return figure, {"thermocline": scene(True)}, numbers()
 
 
 def panels(figure: Figure, scenario: Scenario) -> None:
@@ -172,13 +165,7 @@ def scene_panel(above: SubFigure, scenario: Scenario, title: str) -> None:
 
 
 def spike_panel(axes: Axes, scenario: Scenario, title: str) -> None:
-    """Draw the spike array of a scenario by contribution.
-
-    Args:
-        axes: Axes to draw on.
-        scenario: Scenario to simulate.
-        title: Title of the spikes.
-    """
+    """Draw the spike array of a scenario by contribution."""
     paths = thinned(arrivals(scenario))
     weight = arrival_weights(paths, build_simulator(scenario).ping_geometry(0))
     spikes_by_source(axes, paths, level_db(np.abs(weight) ** 2), "level [dB re 1 uPa]", span=(36, 102))
@@ -186,13 +173,7 @@ def spike_panel(axes: Axes, scenario: Scenario, title: str) -> None:
 
 
 def series_panel(axes: Axes, scenario: Scenario, title: str) -> None:
-    """Draw one coherent ping of a scenario, and its expected level.
-
-    Args:
-        axes: Axes to draw on.
-        scenario: Scenario to simulate.
-        title: Title of the series.
-    """
+    """Draw one coherent ping of a scenario, and its expected level."""
     recording = simulate(scenario)
     level, time = level_db(np.abs(recording["pressure"].values[0, 0]) ** 2), recording["time"].values * 1e3
     mean = simulate(scenario.model_copy(update={"field": "incoherent"}))["intensity"].values[0, 0]

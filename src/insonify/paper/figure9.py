@@ -13,7 +13,6 @@ compared with twice the difference of the exact eigenray and of the straight lin
 
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,8 +21,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from insonify.ocean.profile import SoundSpeedProfile
-from insonify.paper.checked_numbers import CheckedNumber, write_numbers
-from insonify.paper.figure8 import SPAN, scene_panel, series_panel, spike_panel
+from insonify.paper.checked_numbers import CheckedNumber, Drawn
+from insonify.paper.figure8 import SPAN, paths_of, scene_panel, series_panel, spike_panel
 from insonify.paper.thermocline_model import PROFILE, SOUND_SPEED, WARM_LAYER, WINDOW, Knots, scene
 from insonify.plotting import style
 from insonify.plotting.levels import curves
@@ -88,7 +87,7 @@ def profile_effect(name: str, knots: Knots = PROFILE) -> ProfileEffect:
     changes: dict[str, Any] = {"paths.amplitude_perturbation": 0.0, "track.window": WIDE}
     if name != "box":
         changes["targets"] = []  # their shadows differ
-    refracted, plain = (_of(arrivals(scene(profile, changes)), name) for profile in (knots, False))
+    refracted, plain = (paths_of(arrivals(scene(profile, changes)), name) for profile in (knots, False))
     _, refracted_rows, plain_rows = np.intersect1d(_key(refracted), _key(plain), return_indices=True)
     refracted, plain = refracted.take(refracted_rows), plain.take(plain_rows)
     distance, depth = np.hypot(*refracted.position[:, :2].T), refracted.position[:, 2]
@@ -102,10 +101,6 @@ def profile_effect(name: str, knots: Knots = PROFILE) -> ProfileEffect:
         spreading_db=level_db((refracted.spreading / plain.spreading) ** 2),
         exact_spreading_db=level_db((spreading * slant) ** 4),
     )
-
-
-def _of(paths: Arrivals, name: str) -> Arrivals:
-    return paths.take(paths.object == name)
 
 
 def _key(paths: Arrivals) -> NDArray[np.complex128]:
@@ -154,18 +149,12 @@ def echo_gain() -> float:
     return float(level_db(energy[0] / energy[1]))
 
 
-def draw(folder: Path) -> list[Path]:
-    """The picture and its numbers.
-
-    Returns:
-        The files written.
-    """
-    with style.plot_style():
-        figure = style.new_figure(10.5, 13)
-        _panels(figure)
-        picture = style.save_figure(figure, folder / "figure9.png")
+def draw() -> Drawn:
+    """The picture, its scenarios by name, and its numbers."""
+    figure = style.new_figure(10.5, 13)
+    _panels(figure)
     scenarios = {"one speed": scene(False), "thermocline": scene(True)}
-    return [picture, write_numbers(folder / "figure9.json", 9, TITLE, scenarios, numbers())]
+    return figure, scenarios, numbers()
 
 
 def _panels(figure: Figure) -> None:

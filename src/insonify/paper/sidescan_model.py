@@ -265,9 +265,9 @@ def without_box(changes: dict[str, Any] | None = None) -> dict[str, Any]:
     return {"targets": [], **(changes or {})}
 
 
-def with_box(length: float = OWN, height: float = BED - TOP) -> dict[str, Any]:
-    """Changes for a box of another length or height [m]."""
-    return {"targets": [{**box(length), "size": [length, 1.0, height]}]}
+def with_box(height: float) -> dict[str, Any]:
+    """Changes for a box of another height [m]."""
+    return {"targets": [{**box(OWN), "size": [OWN, 1.0, height]}]}
 
 
 def images(dataset: xr.Dataset) -> tuple[Floats, Floats, Floats]:
