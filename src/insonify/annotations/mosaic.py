@@ -14,9 +14,6 @@ def labelled_mosaic(source: LabelledPings) -> LabelledImage:
 
     A cell has the mean power of the lines over it. It belongs to a mask where at least half of these lines do, and to
     the target of most of them.
-
-    Args:
-        source: Pings and their labels.
     """
     survey = source.survey
     raster = mosaic_raster(survey)

@@ -17,9 +17,6 @@ def labelled_sectors(source: LabelledPings) -> Iterator[LabelledImage]:
     """Images of each ping, the farthest range above and the beams by their steering angle.
 
     Highlights and ghosts of a target are those of the beams that have it in their main lobe.
-
-    Args:
-        source: Pings and their labels.
     """
     steer = np.asarray(source.survey.recording["steer"].values, float)
     order = np.argsort(steer, kind="stable")

@@ -20,10 +20,6 @@ def with_views(survey: Survey, image: LabelledImage) -> LabelledImage:
     range to the point of the seabed under the target's middle, or to a point target itself; the grazing angle on the
     slope there; and the aspect, the bearing of the sonar from the target re its heading, 0 ahead of it, 90 deg to its
     starboard.
-
-    Args:
-        survey: The survey.
-        image: The image.
     """
     views = dict[int, dict[str, Any]]()
     targets = {target.label: target for target in survey.scenario.targets}

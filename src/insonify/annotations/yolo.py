@@ -43,11 +43,7 @@ def write_yolo(
 
 
 def write_yolo_data(directory: str | Path) -> Path:
-    """Write data.yaml of the splits that a folder has.
-
-    Args:
-        directory: Folder of the data set.
-    """
+    """Write data.yaml of the splits that a folder has."""
     folder = Path(directory)
     splits = sorted(entry.name for entry in (folder / "images").iterdir() if entry.is_dir())
     paths = {split: f"images/{split}" for split in splits}

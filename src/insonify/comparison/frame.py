@@ -119,10 +119,6 @@ class Frame:
 def common_frame(first: Samples, second: Samples) -> Frame:
     """Frame of two recordings.
 
-    Args:
-        first: Real recording.
-        second: Simulated recording.
-
     Raises:
         StoreError: They share no range, or one holds detections and the other samples.
     """

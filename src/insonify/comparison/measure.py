@@ -48,11 +48,7 @@ class Measure(ABC):
 
     @classmethod
     def unsuited(cls, frame: Frame) -> str:
-        """Reason for which two recordings cannot be compared so, empty where they can.
-
-        Args:
-            frame: The two recordings.
-        """
+        """Reason for which two recordings cannot be compared so, empty where they can."""
         return "" if frame.slant_range.size >= cls.least_samples else "too few samples of range"
 
     @property

@@ -50,11 +50,7 @@ def write_report(comparison: Comparison, path: str | Path) -> Path:
 
 
 def text_report(comparison: Comparison) -> str:
-    """Report as text: each measure with its verdict and the numbers that differ most.
-
-    Args:
-        comparison: The comparison.
-    """
+    """Report as text: each measure with its verdict and the numbers that differ most."""
     lines = [f"real       {comparison.real}", f"simulated  {comparison.simulated}", ""]
     for finding in comparison.findings:
         chance = f" (p = {finding.probability:.3f})" if np.isfinite(finding.probability) else ""
@@ -67,12 +63,7 @@ def text_report(comparison: Comparison) -> str:
 
 
 def most_different(finding: Finding, count: int) -> list[Value]:
-    """Values of a finding with the least probabilities, in their own order.
-
-    Args:
-        finding: The finding.
-        count: Most values.
-    """
+    """Values of a finding with the least probabilities, in their own order."""
     known = [value for value in finding.values if np.isfinite(value.difference)]
     least = sorted(known, key=lambda value: (np.nan_to_num(value.probability, nan=2.0), -abs(value.difference)))[:count]
     return [value for value in known if value in least]
@@ -90,11 +81,7 @@ def _numbers(value: Value) -> str:
 
 
 def html_report(comparison: Comparison) -> str:
-    """Report as a page that needs no other file: table of all numbers, pictures on one scale.
-
-    Args:
-        comparison: The comparison.
-    """
+    """Report as a page that needs no other file: table of all numbers, pictures on one scale."""
     parts = [
         f"<h1>{html.escape(comparison.real)} beside {html.escape(comparison.simulated)}</h1>",
         f"<p class=summary>{html.escape(comparison.summary())}.</p>",

@@ -11,11 +11,7 @@ if TYPE_CHECKING:
 
 
 def labelled_dataset(image: LabelledImage) -> xr.Dataset:
-    """Levels, expected levels, classes and instances of an image over its rows and columns.
-
-    Args:
-        image: The image.
-    """
+    """Levels, expected levels, classes and instances of an image over its rows and columns."""
     import xarray as xr
 
     level = {"units": "dB re 1 uPa"}

@@ -26,9 +26,6 @@ def expectation_ripple(scenario: Scenario) -> str:
 
     A glint sends sound into one direction. Where glints spread by far more than the beams are wide, few of those drawn
     for a resolution cell are received, and its intensity varies.
-
-    Args:
-        scenario: A scenario without faults.
     """
     paths, surface = scenario.paths, scenario.scene.surface
     off_surface = [name for name in families_reaching("seabed", paths.followed_families) if "S" in name]

@@ -66,9 +66,6 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
 def opened_netcdf(path: str | Path) -> Iterator[xr.Dataset]:
     """Open a netCDF file as it is, complex variables in two parts; values are read on access.
 
-    Args:
-        path: File to read.
-
     Raises:
         StoreError: The file does not exist, or cannot be read.
     """

@@ -290,9 +290,6 @@ class ObjectStore:
     def require_own(self, mine: str) -> None:
         """Refuse to write into another recording than the intended one.
 
-        Args:
-            mine: Identity of the intended recording.
-
         Raises:
             StoreError: Another recording is there.
             WriteError: None is there.

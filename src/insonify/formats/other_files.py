@@ -15,11 +15,7 @@ PROGRAMS = {
 
 
 def programs_advice(path: str | Path) -> str | None:
-    """Message for a file that a program other than insonify reads; None for other suffixes.
-
-    Args:
-        path: The file.
-    """
+    """Message for a file that a program other than insonify reads; None for other suffixes."""
     suffix = Path(path).suffix.lower()
     for suffixes, (kind, programs) in PROGRAMS.items():
         if suffix in suffixes:

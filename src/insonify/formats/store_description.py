@@ -42,9 +42,6 @@ class WriteError(OSError):
 def read_description(folder: Path) -> dict[str, Any]:
     """Read the description of a group or an array that zarr wrote.
 
-    Args:
-        folder: Folder of the group or array.
-
     Raises:
         StoreError: The file is missing or damaged; the message names it.
     """

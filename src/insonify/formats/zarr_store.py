@@ -263,9 +263,6 @@ def sound_arrays(path: str | Path) -> list[str]:
 def require_recording(path: str | Path) -> None:
     """Refuse a folder that is no recording, or lacks a file.
 
-    Args:
-        path: Folder of the recording.
-
     Raises:
         StoreError: The folder is not a recording, or is damaged.
     """
@@ -444,11 +441,7 @@ def _aside(target: Path) -> Path:
 
 
 def delete_recording(path: Path) -> None:
-    """Delete a recording; its folder is renamed first, so that no process writes into the rest of it.
-
-    Args:
-        path: Folder of the recording.
-    """
+    """Delete a recording; its folder is renamed first, so that no process writes into the rest of it."""
     with suppress(FileNotFoundError):  # deleted by another process
         old = _aside(path)
         os.replace(path, old)

@@ -37,12 +37,7 @@ class TargetWindow:
 
 
 def ascan(sound: RecordingLevels, row: int) -> Figure:
-    """Draw one ping: the whole window in decibels, and below it the strongest target in linear units.
-
-    Args:
-        sound: Levels of the recording.
-        row: Row of the ping.
-    """
+    """Draw one ping: the whole window in decibels, and below it the strongest target in linear units."""
     near, contributions = target_window(sound, row), levels_by_contribution(sound, row)
     panels = sound.level.shape[1] + (near is not None)
     figure = style.new_figure(10, 1.2 + 2.9 * panels)
@@ -58,12 +53,7 @@ def ascan(sound: RecordingLevels, row: int) -> Figure:
 
 
 def levels_by_contribution(sound: RecordingLevels, row: int) -> list[xr.Dataset]:
-    """Expected levels of one ping by contribution, for each beam; empty with more than `MAX_BEAMS` or no scenario.
-
-    Args:
-        sound: Levels of the recording.
-        row: Row of the ping.
-    """
+    """Expected levels of one ping by contribution, for each beam; empty with more than `MAX_BEAMS` or no scenario."""
     channels = [sound.beam] if sound.beam is not None else list(range(len(sound.steer)))
     if sound.scenario is None or len(channels) > MAX_BEAMS:
         return []
@@ -136,12 +126,7 @@ def envelope(axes: Axes, sound: RecordingLevels, row: int, look: TargetWindow) -
 
 
 def target_window(sound: RecordingLevels, row: int) -> TargetWindow | None:
-    """Find the strongest target in the beams shown and the window of all its echoes; None where there is none.
-
-    Args:
-        sound: Levels of the recording.
-        row: Row of the ping.
-    """
+    """Find the strongest target in the beams shown and the window of all its echoes; None where there is none."""
     scenario = sound.scenario
     if scenario is None or not scenario.targets:
         return None

@@ -123,12 +123,7 @@ def sector_axes(axes: Axes, slant: Floats, steer: Floats, *, labels: int = LABEL
 
 
 def write_title(axes: Axes, title: str) -> None:
-    """Write the title above a sector, and above its bearings where they are there.
-
-    Args:
-        axes: Axes of the sector.
-        title: The title.
-    """
+    """Write the title above a sector, and above its bearings where they are there."""
     axes.set_title(title, loc="center", pad=TITLE_PAD if axes.yaxis_inverted() else TITLE_PAD + BEARINGS)
 
 

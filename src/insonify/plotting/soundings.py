@@ -69,12 +69,7 @@ def depth_span(depth: Floats) -> tuple[float, float]:
 
 
 def soundings_view(soundings: SwathSoundings, title: str) -> Figure:
-    """Draw the swath of a multibeam.
-
-    Args:
-        soundings: Soundings of the swath.
-        title: Title of the figure.
-    """
+    """Draw the swath of a multibeam."""
     figure = style.new_figure(14, 11)
     figure.suptitle(title, fontweight="bold", fontsize=11)
     panels = figure.subplot_mosaic([["ping", "ping", "ping"], ["depth", "truth", "error"]], height_ratios=(1, 1.15),

@@ -113,12 +113,7 @@ def half_extent(target: Solid | PointTarget, scene: Scene) -> float:
 
 
 def targets_in_view(scenario: Scenario, ping: int) -> list[TargetView]:
-    """Range and bearing of all targets relative to the receive array of one ping.
-
-    Args:
-        scenario: Scenario of the recording.
-        ping: Number of the ping.
-    """
+    """Range and bearing of all targets relative to the receive array of one ping."""
     geometry: PingGeometry = build_simulator(scenario).ping_geometry(ping)
     ahead, right, down = geometry.receive_beams.axes
     views, scene = [], scenario.scene

@@ -44,9 +44,6 @@ def evaluate_with_caveats(law: Callable[[], Floats]) -> LawCurve:
 def with_caveats(make: Callable[[], T]) -> tuple[T, Caveats]:
     """Call a function and collect its warnings about physics; other warnings are passed on.
 
-    Args:
-        make: Function to call.
-
     Returns:
         Result of the function, and its warnings about physics.
     """

@@ -51,11 +51,7 @@ def as_recording(dataset: xr.Dataset) -> Recording:
 
 
 def real_imaginary_names(name: str) -> tuple[str, str]:
-    """Names of the real and of the imaginary part of a variable.
-
-    Args:
-        name: Name of the variable.
-    """
+    """Names of the real and of the imaginary part of a variable."""
     return f"{name}{REAL}", f"{name}{IMAGINARY}"
 
 

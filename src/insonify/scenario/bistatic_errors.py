@@ -30,11 +30,7 @@ def with_transmitter_clock(written: Any, track: Track | None) -> Any:
 
 
 def clock_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Errors of a receiver's track that does not keep the transmitter's times: no other check is possible before.
-
-    Args:
-        scenario: The scenario.
-    """
+    """Errors of a receiver's track that does not keep the transmitter's times: no other check is possible before."""
     track, other = scenario.track, scenario.receiver_track
     if other is None:
         return
@@ -48,11 +44,7 @@ def clock_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
 
 
 def bistatic_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Errors in the settings of a receiver on a second platform.
-
-    Args:
-        scenario: The scenario.
-    """
+    """Errors in the settings of a receiver on a second platform."""
     sonar = scenario.sonar
     if scenario.receiver_track is None:
         if sonar.receive_mounting is not None:

@@ -17,11 +17,7 @@ SLOW = 0.1
 
 
 def boundary_warning(scenario: Scenario) -> str:
-    """Warning on arrays that come within a wavelength of a boundary; empty where none does.
-
-    Args:
-        scenario: The scenario.
-    """
+    """Warning on arrays that come within a wavelength of a boundary; empty where none does."""
     wavelength = scenario.water.min_sound_speed / scenario.sonar.pulse.frequency
     near = min(wavelength, SLOW)
     for name, position in array_positions(scenario).items():

@@ -28,11 +28,7 @@ ENOUGH = 0.99
 
 
 def density_warnings(scenario: Scenario) -> list[str]:
-    """Warnings about resolution cells that the finest grid of scatterers leaves emptier than requested.
-
-    Args:
-        scenario: A scenario without faults.
-    """
+    """Warnings about resolution cells that the finest grid of scatterers leaves emptier than requested."""
     paths, two = scenario.paths, scenario.receiver_track is not None
     if paths.geometry == "slice" or paths.engine == "tracer" or (scenario.field == "incoherent" and not two):
         return []

@@ -42,13 +42,7 @@ class _Finding:
 
 
 def validation_diagnostics(error: ValidationError, model: type[BaseModel], source: YamlSource) -> list[Diagnostic]:
-    """One advice per mistake that the validator found in a file.
-
-    Args:
-        error: Error of the validator.
-        model: Model that the file describes.
-        source: The file.
-    """
+    """One advice per mistake that the validator found in a file."""
     items = [single for item in error.errors(include_url=False) for single in _unfolded(item)]
     findings = [_finding(item, model, source) for item in items]
     reported = {(fault.field, fault.line) for fault in source.faults}
@@ -68,10 +62,6 @@ def yaml_boolean_errors(model: type[BaseModel], source: YamlSource) -> list[Diag
 
     Python counts truths as 1 and 0, and some models hold text or laws of their own: the validator
     alone would let them pass.
-
-    Args:
-        model: Model that the file describes.
-        source: The file.
     """
     advice = []
     for path in source.written:

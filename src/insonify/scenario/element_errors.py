@@ -34,11 +34,7 @@ MAX_POSES = 2000
 
 
 def element_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Errors that keep elements from being recorded, or a moving sonar from being simulated.
-
-    Args:
-        scenario: The scenario.
-    """
+    """Errors that keep elements from being recorded, or a moving sonar from being simulated."""
     receiver = scenario.sonar.receiver
     if receiver.record == "elements" and scenario.field == "incoherent":
         yield field_error("sonar.receiver.record", "elements", "are recorded as pressures, and field is incoherent. "

@@ -15,11 +15,7 @@ MIN_RAYS = 50_000
 
 
 def expectation_warnings(scenario: Scenario) -> list[str]:
-    """Warnings about expected intensities whose shadows are coarsely sampled.
-
-    Args:
-        scenario: A scenario without faults.
-    """
+    """Warnings about expected intensities whose shadows are coarsely sampled."""
     paths, relief = scenario.paths, bool(scenario.seabed.relief)
     shaded = scenario.scene.occluders and "seabed" in paths.contributions and scenario.seabed.scattering is not None
     if scenario.field != "incoherent" or not shaded or paths.geometry == "slice":

@@ -16,9 +16,6 @@ Known = dict[str, str | float]
 def georeference(scenario: Scenario) -> Known:
     """Attributes that georeference a scene's north and east coordinates.
 
-    Args:
-        scenario: The scenario.
-
     Returns:
         `origin_latitude` and `origin_longitude` of north 0, east 0 [deg, WGS 84]; where the scene has a surveyed grid
         with coordinates in metres also `origin_northing` and `origin_easting` [m] and their `crs`. Empty where nothing

@@ -17,11 +17,7 @@ SHARED = 0.5
 
 
 def inhomogeneity_warnings(scenario: Scenario) -> list[str]:
-    """Words on patches so small that they scatter, and on arrays that span several; none in even water.
-
-    Args:
-        scenario: A scenario without faults.
-    """
+    """Words on patches so small that they scatter, and on arrays that span several; none in even water."""
     uneven, sonar = scenario.water.inhomogeneity, scenario.sonar
     if uneven is None or uneven.rms_index == 0:
         return []

@@ -17,11 +17,7 @@ FASTEST = 15.0
 
 
 def jump_warning(scenario: Scenario) -> str:
-    """Warning on rows that the platform could only reach by a jump; empty where there is none under the track's pings.
-
-    Args:
-        scenario: The scenario.
-    """
+    """Warning on rows that the platform could only reach by a jump; empty without any under the track's pings."""
     track = scenario.track
     if not isinstance(track, NavigationTrack):
         return ""
@@ -41,11 +37,7 @@ def jump_warning(scenario: Scenario) -> str:
 
 
 def gap_warning(scenario: Scenario) -> str:
-    """Warning on pauses of a log over which poses are made up; empty where there is none under the track's pings.
-
-    Args:
-        scenario: The scenario.
-    """
+    """Warning on pauses of a log over which poses are made up; empty where there is none under the track's pings."""
     track = scenario.track
     if not isinstance(track, NavigationTrack):
         return ""

@@ -45,11 +45,7 @@ def _platforms(scenario: Scenario) -> Platforms:
 
 
 def receiver_seed(scenario: Scenario) -> int:
-    """The seed of what is random about a receiver's own platform: no scenario has it for its first.
-
-    Args:
-        scenario: The scenario.
-    """
+    """The seed of what is random about a receiver's own platform: no scenario has it for its first."""
     return scenario.seed | 1 << 63
 
 

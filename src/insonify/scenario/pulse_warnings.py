@@ -16,11 +16,7 @@ LONGEST_IN_MS = 50.0
 
 
 def pulse_warnings(scenario: Scenario) -> list[str]:
-    """Warnings about a pulse that fills the recording, or whose echoes are longer than any sonar's.
-
-    Args:
-        scenario: A scenario without faults.
-    """
+    """Warnings about a pulse that fills the recording, or whose echoes are longer than any sonar's."""
     pulse, stop = scenario.sonar.pulse, scenario.track.window[1]
     compressed = pulse.kind == "lfm" and scenario.sonar.receiver.matched_filter
     echo = min(pulse.duration, 1 / pulse.bandwidth) if compressed else pulse.duration

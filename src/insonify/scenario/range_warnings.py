@@ -24,11 +24,7 @@ SLOPES = 2.0
 
 
 def range_warnings(scenario: Scenario) -> list[str]:
-    """Warnings on a seabed, targets, patches or layers out of reach of every ping's window.
-
-    Args:
-        scenario: A scenario without faults.
-    """
+    """Warnings on a seabed, targets, patches or layers out of reach of every ping's window."""
     ends = [position for name, position in array_positions(scenario).items() if name not in (PLATFORM, RECEIVER)]
     stop = scenario.track.window[1]
     farthest = float(scenario.water.max_sound_speed * stop / 2)

@@ -26,11 +26,7 @@ MIN_NOISE_STEPS = 0.5
 
 
 def receiver_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Errors in the settings of noise and receiver that prevent a simulation.
-
-    Args:
-        scenario: The scenario.
-    """
+    """Errors in the settings of noise and receiver that prevent a simulation."""
     sonar, track, receiver = scenario.sonar, scenario.track, scenario.sonar.receiver
     if receiver.matched_filter and receiver.stages:
         yield field_error("sonar.receiver.matched_filter", "true", "records what a matched filter makes of the sound "
@@ -90,11 +86,7 @@ def _too_many_elements_error(scenario: Scenario) -> Iterator[PydanticCustomError
 
 
 def receiver_warnings(scenario: Scenario) -> Iterator[str]:
-    """A sentence on each doubtful setting.
-
-    Args:
-        scenario: A scenario without faults.
-    """
+    """A sentence on each doubtful setting."""
     sonar, water = scenario.sonar, scenario.water
     receiver, stop = sonar.receiver, scenario.track.window[1]
     if sonar.pulse.duration > stop:

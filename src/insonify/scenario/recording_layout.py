@@ -20,12 +20,7 @@ if TYPE_CHECKING:
 
 
 def navigation_systems(scenario: Scenario, platforms: Platforms) -> list[NavigationSystem]:
-    """Navigation system of each platform, of the transmitter's first.
-
-    Args:
-        scenario: The scenario.
-        platforms: Its platforms.
-    """
+    """Navigation system of each platform, of the transmitter's first."""
     tracks = [(scenario.track, scenario.seed)]
     if platforms.is_bistatic and scenario.receiver_track is not None:
         tracks.append((scenario.receiver_track, receiver_seed(scenario)))

@@ -47,11 +47,7 @@ MAX_LOST_ENERGY = 0.1
 
 
 def scenario_warnings(scenario: Scenario) -> None:
-    """Warn of what can be simulated but may not be meant: laws, receiver, lobes, profile, log, ground, nearness.
-
-    Args:
-        scenario: A scenario without faults.
-    """
+    """Warn of what can be simulated but may not be meant: laws, receiver, lobes, profile, log, ground, nearness."""
     sonar, water = scenario.sonar, scenario.water
     water.absorption(sonar.pulse.frequency)  # for the warning that its law gives of itself
     _bubbles(scenario)

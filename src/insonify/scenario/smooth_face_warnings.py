@@ -16,11 +16,7 @@ if TYPE_CHECKING:
 
 
 def smooth_face_warnings(scenario: Scenario) -> Iterator[str]:
-    """A sentence on each doubtful smooth face.
-
-    Args:
-        scenario: A scenario without faults.
-    """
+    """A sentence on each doubtful smooth face."""
     named = [
         (f"targets.{row}", faces)
         for row, target in enumerate(scenario.targets) if not isinstance(target, PointTarget)

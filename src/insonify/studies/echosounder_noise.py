@@ -81,11 +81,7 @@ def noise_of(field: Floats, interval: float) -> Noise:
 
 
 def evaluate(folder: Path) -> NoiseResults:
-    """Fit the spectrum level to one ping, and predict the other.
-
-    Args:
-        folder: Folder of the recording.
-    """
+    """Fit the spectrum level to one ping, and predict the other."""
     with open_instrument(folder / FILE) as file:
         pings = file.read(GROUP)
         scenario = parse_model(Scenario, scenario_text(file, "noise", GROUP))

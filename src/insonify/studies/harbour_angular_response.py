@@ -77,11 +77,7 @@ class AngularResults:
 
 
 def evaluate(folder: Path) -> AngularResults:
-    """Fit the sediment at some pings, and predict the others.
-
-    Args:
-        folder: Folder of the recording.
-    """
+    """Fit the sediment at some pings, and predict the others."""
     with open_instrument(folder / FILE) as file:
         soundings, image = file.read("soundings").load(), file.read("seabed image").load()
         base = parse_model(Scenario, scenario_text(file, "bed", "soundings"))

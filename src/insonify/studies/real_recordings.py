@@ -47,9 +47,6 @@ class Verdict:
 def located(recordings: Path) -> dict[str, Path]:
     """Folder of each recording, in a folder or below it.
 
-    Args:
-        recordings: Folder to search.
-
     Raises:
         FileNotFoundError: A recording is missing.
     """
@@ -93,11 +90,7 @@ def write(folder: Path, recordings: Path) -> list[Path]:
 
 
 def train_verdicts(results: harbour_echo_trains.TrainResults) -> list[Verdict]:
-    """Delays and levels of the multiples.
-
-    Args:
-        results: Echo trains.
-    """
+    """Delays and levels of the multiples."""
     lags = np.array([train.late.mean(axis=0)[1:] for train in results.trains])
     worst = np.abs(lags).max(axis=0)
     beyond = np.array([(train.simulated - train.real.mean(axis=0))[1:] for train in results.trains])
@@ -118,12 +111,7 @@ def train_verdicts(results: harbour_echo_trains.TrainResults) -> list[Verdict]:
 
 
 def speckle_verdicts(name: str, results: AngularResults) -> list[Verdict]:
-    """Speckle of a seabed image.
-
-    Args:
-        name: The sonar.
-        results: Its angular response.
-    """
+    """Speckle of a seabed image."""
     difference = speckle_moments(results.simulated_speckle) - speckle_moments(results.speckle)
     lines = [speckle_moments([one])[2] for one in results.speckle if one.size]
     variation = speckle_moments(results.simulated_speckle)[2]
@@ -138,12 +126,7 @@ def speckle_verdicts(name: str, results: AngularResults) -> list[Verdict]:
 
 
 def angle_verdict(name: str, results: AngularResults) -> Verdict:
-    """Backscatter from 10 to 65 degrees.
-
-    Args:
-        name: The sonar.
-        results: Its angular response.
-    """
+    """Backscatter from 10 to 65 degrees."""
     rows = np.array([response.difference for response in results.responses])[:, ANGLES >= 10]
     known = np.abs(rows[np.isfinite(rows)])
     count = int(np.sum(known <= 2))
@@ -152,11 +135,7 @@ def angle_verdict(name: str, results: AngularResults) -> Verdict:
 
 
 def noise_verdict(results: echosounder_noise.NoiseResults) -> Verdict:
-    """Noise floor of the ping to which it was not fitted.
-
-    Args:
-        results: Noise of the echosounder.
-    """
+    """Noise floor of the ping to which it was not fitted."""
     difference = results.simulated.level_db - results.predicted.level_db
     return Verdict("EK80: noise floor of another ping", "2 dB", f"{difference:+.1f} dB", abs(difference) <= 2)
 

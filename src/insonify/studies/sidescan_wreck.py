@@ -71,11 +71,7 @@ class SidescanResults:
 
 
 def evaluate(folder: Path) -> SidescanResults:
-    """Simulate the line, and measure both images in the same way.
-
-    Args:
-        folder: Folder of the recording.
-    """
+    """Simulate the line, and measure both images in the same way."""
     with open_instrument(folder / FILE) as file:
         group = file.read("starboard").load()
     counts = group["amplitude"].values[1:].astype(float)  # the first ping has no navigation

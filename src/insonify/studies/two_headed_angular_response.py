@@ -36,11 +36,7 @@ FILE = "em2040-belgica-0077.all"
 
 
 def evaluate(folder: Path) -> AngularResults:
-    """Fit the sediment to one head, and predict the other.
-
-    Args:
-        folder: Folder of the recording.
-    """
+    """Fit the sediment to one head, and predict the other."""
     with open_instrument(folder / FILE) as file:
         soundings, image = file.read("soundings").load(), file.read("seabed image").load()
         base = parse_model(Scenario, scenario_text(file, "bed", "soundings"))

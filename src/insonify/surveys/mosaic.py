@@ -50,12 +50,6 @@ def mosaic_raster(survey: Survey) -> Raster:
 
 
 def mosaic_lines(survey: Survey, number: int, raster: Raster) -> Iterator[MosaicLine]:
-    """Lines of one ping on a raster.
-
-    Args:
-        survey: The survey.
-        number: Number within the recorded pings.
-        raster: Raster of the mosaic.
-    """
+    """Lines of one ping on a raster."""
     for channel, line in ground_lines(survey, number, raster.pixel):
         yield MosaicLine(channel, line, *raster.cells(line.north, line.east))

@@ -77,11 +77,7 @@ class Fan:
 
 
 def fans(scenario: Scenario) -> list[Fan]:
-    """Fans of a recording of beams, one for each side.
-
-    Args:
-        scenario: Its scenario.
-    """
+    """Fans of a recording of beams, one for each side."""
     names = scenario.sonar.sides or ("",)
     messages, first = [], 0
     for name, side in zip(names, scenario.sonar.side_sonars, strict=True):

@@ -179,12 +179,7 @@ def cut_through(short: xr.Dataset, scenario: Scenario, target: TargetView) -> Be
 
 
 def point_numbers(cut: BeamCut, target: TargetView) -> list[CheckedNumber]:
-    """Measured bearing, range and beam width at a point target.
-
-    Args:
-        cut: Cut through the point.
-        target: Point target with its true position.
-    """
+    """Measured bearing, range and beam width at a point target."""
     bearing = parabolic_peak_position(cut.bearings, cut.over_bearing, cut.row)
     reach = parabolic_peak_position(cut.slant, cut.over_range, cut.sample)
     due = width(cut.bearings, cut.expected, int(np.argmax(cut.expected)))

@@ -15,11 +15,7 @@ _RANGES = ("frequency", "pulse_length", "sample_interval", "sample_rate", "sound
 
 
 def file_summary(file: InstrumentFile) -> dict[str, Any]:
-    """Summary of a file, of values that JSON has; units are SI.
-
-    Args:
-        file: The open file.
-    """
+    """Summary of a file, of values that JSON has; units are SI."""
     about, index = file.instrument, file.datagrams
     times = index.time[np.isfinite(index.time) & (index.time > 0)]
     groups = [_group(name, count, file.read(name, _some(count))) for name, count in file.groups.items()]

@@ -32,11 +32,7 @@ def source_level(values: ScenarioValues) -> Stated:
 
 
 def recorder_lines(values: ScenarioValues) -> str:
-    """Lines on the recorder; empty for samples that are written as they are received.
-
-    Args:
-        values: Values of one group.
-    """
+    """Lines on the recorder; empty for samples that are written as they are received."""
     if "voltage" in values.data:
         return ""
     group, shape = values.group, values.data.sizes
