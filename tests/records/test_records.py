@@ -45,6 +45,16 @@ def test_arrivals_joined_are_the_rows_of_all():
     np.testing.assert_array_equal(both.delay[-3:], found.delay[:3])
 
 
+def test_the_product_of_the_losses_is_the_amplitude():
+    """Spreading, absorption, reflection and scattering of every path off a point and the seabed, out and back."""
+    paths = arrivals(
+        nominal(paths={"geometry": "slice"}, targets=[point(0, 150, 19.5)], track={"window": (0.2, 0.2022)})
+    )
+    product = paths.spreading * paths.absorption * paths.scattering_amplitude * np.abs(paths.reflection_coefficient)
+    assert len(paths) > 100 and set(paths.object) > {"seabed"}
+    np.testing.assert_allclose(np.abs(paths.amplitude), product, rtol=1e-6)
+
+
 def test_records_refuse_columns_of_unequal_length():
     """Each names the column."""
     found = arrivals(nominal(**SETTINGS))
