@@ -30,7 +30,7 @@ from insonify.propagation.families import DIRECT, bounce_sequence, families_reac
 from insonify.propagation.glints import MIN_COHERENT_FACTOR, glint_surface
 from insonify.propagation.image_sources import StraightRays
 from insonify.scattering.lambert import Lambert
-from insonify.scenario.scenario import Scenario
+from insonify.scenario.density_warnings import scattering_boundaries
 from insonify.scene.scatterers import Boundary
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
@@ -170,18 +170,13 @@ def _slice(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
         simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays,
         quadrature=scenario.field == "incoherent",
     )  # fmt: skip
-    boundaries: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
     total = PingWork(seconds=unit_costs.SECONDS_PER_SLICE_PING)
-    for boundary, boundary_depth in boundaries:
-        kept = families_reaching(boundary, scenario.paths.followed_families)
-        if boundary not in scenario.paths.contributions or _law(scenario, boundary) is None or not kept:
-            continue
+    for boundary, boundary_depth, kept, law in scattering_boundaries(scenario):
         reach = receivable_range(ping_geometry, boundary_depth, simulator.engine.rays, kept, rise=seen.rise(boundary))
-        points = max(reach.farthest - reach.nearest, 0.0) / (
-            seen.resolution.slant_resolution / seen.resolution.scatterers_per_cell
-        )
+        spacing = seen.resolution.slant_resolution / seen.resolution.scatterers_per_cell
+        points = max(reach.farthest - reach.nearest, 0.0) / spacing
         each = sum(_legs(simulator, ping_geometry, name) for name in kept)
-        each += len(kept) ** 2 * _pair_seconds(simulator, ping_geometry, _law(scenario, boundary), boundary)
+        each += len(kept) ** 2 * _pair_seconds(simulator, ping_geometry, law, boundary)
         total += PingWork(points, points * each)
     return total
 
@@ -195,21 +190,11 @@ def _boundaries(
         simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays,
         quadrature=scenario.field == "incoherent",
     )  # fmt: skip
-    boundaries: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
-    for boundary, boundary_depth in boundaries:
-        kept, law = families_reaching(boundary, scenario.paths.followed_families), _law(scenario, boundary)
-        if (
-            boundary not in scenario.paths.contributions
-            or law is None
-            or not kept
-            or (boundary == "seabed" and not seabed)
-        ):
+    steps = None if label else _fast_reverberation_steps(simulator, ping_geometry)
+    for boundary, boundary_depth, kept, law in scattering_boundaries(scenario):
+        if boundary == "seabed" and not seabed:
             continue
-        if (
-            boundary == "seabed"
-            and not label
-            and (steps := _fast_reverberation_steps(simulator, ping_geometry)) is not None
-        ):
+        if boundary == "seabed" and steps is not None:
             total += PingWork(steps, _swath_seconds(steps, len(kept)))
             terrain_tiles = _tiles_under_radials(simulator, ping_geometry)
             continue
@@ -312,11 +297,6 @@ def _label_swath(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork 
     steps = float(labels.plan.sample_count)
     seconds = unit_costs.LABEL_SWATH_SECONDS + steps * len(kept) * unit_costs.SECONDS_PER_LABEL_STEP_LEG
     return PingWork(steps, seconds + (0.0 if simulator.shares_reverberation else _swath_seconds(steps, len(kept))))
-
-
-def _law(scenario: Scenario, boundary: Boundary) -> object:
-    """Scattering law of a boundary; None where it does not scatter."""
-    return (scenario.seabed if boundary == "seabed" else scenario.surface).scattering
 
 
 def _water(simulator: Simulator, ping_geometry: PingGeometry, *, label: bool = False) -> PingWork:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,17 +35,7 @@ def density_warnings(scenario: Scenario) -> list[str]:
         return []
     sparse: list[tuple[float, Boundary]] = []
     depths = array_depths(scenario.sonar, platforms(scenario))
-    boundaries: tuple[tuple[Boundary, float, object], ...] = (
-        ("seabed", scenario.seabed.depth, scenario.seabed.scattering),
-        ("surface", 0.0, scenario.surface.scattering),
-    )
-    for boundary, boundary_depth, law in boundaries:
-        if (
-            law is None
-            or boundary not in paths.contributions
-            or not families_reaching(boundary, paths.followed_families)
-        ):
-            continue
+    for boundary, boundary_depth, _, _ in scattering_boundaries(scenario):
         height = float(np.abs(boundary_depth - depths).min())
         if _least_bound(scenario, height) < MIN_CELL_SIZE:
             sparse.append((_smallest_cell(scenario, height) / MIN_CELL_SIZE, boundary))
@@ -57,6 +48,18 @@ def density_warnings(scenario: Scenario) -> list[str]:
         f"{1e3 * np.sqrt(MIN_CELL_SIZE):.3g} mm apart at the closest: the smallest resolution cells of the {boundary} "
         f"hold {most:g}. Give {most:g} or fewer; 5 make speckle."
     ]
+
+
+def scattering_boundaries(scenario: Scenario) -> Iterator[tuple[Boundary, float, tuple[str, ...], object]]:
+    """Boundaries that scatter and are reached: name, depth [m], families of the legs to them, and scattering law."""
+    boundaries: tuple[tuple[Boundary, float, object], ...] = (
+        ("seabed", scenario.seabed.depth, scenario.seabed.scattering),
+        ("surface", 0.0, scenario.surface.scattering),
+    )
+    for boundary, depth, law in boundaries:
+        families = families_reaching(boundary, scenario.paths.followed_families)
+        if law is not None and boundary in scenario.paths.contributions and families:
+            yield boundary, depth, families, law
 
 
 def _least_bound(scenario: Scenario, height: float) -> float:
