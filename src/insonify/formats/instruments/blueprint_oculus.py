@@ -195,33 +195,22 @@ class BlueprintOculusFile(InstrumentFile):
         Raises:
             StoreError: There is no such group, or the pings need more memory than is allowed.
         """
-        numbers = range(self._require_group(group))[pings]
-        rows = self.datagrams.rows(*_SIMPLE)[numbers]
+        self._require_group(group)
+        every = self.datagrams.rows(*_SIMPLE)
+        rows = every[pings]
         sizes = [self._unpacked_size.get(int(self.datagrams.offset[row]), 0) for row in rows]
         require_memory(self.path, len(rows), max(int(self.datagrams.size[rows].max(initial=0)), *sizes, 0))
-        number = dict(zip(rows.tolist(), numbers, strict=True))
-        read_pings = list(self._pings(rows))
-        columns = _stated([ping.header for _, ping in read_pings])
-        columns["first_range"] = variable("ping", np.zeros(len(read_pings)), "m", "range of sample 0")
-        columns["bearing"] = variable(
-            ("ping", "beam"),
-            stacked([p.bearing for _, p in read_pings]),
-            "rad",
-            "bearing of the beam, positive to the right",
-        )
-        columns["amplitude"] = variable(
-            ("ping", "beam", "sample"),
-            stacked([ping.image for _, ping in read_pings], axes=2),
-            "1",
-            "amplitude of the echo in counts",
-        )
-        if any(ping.gain.size for _, ping in read_pings):
-            columns["sample_gain"] = variable(
-                ("ping", "sample"), stacked([ping.gain for _, ping in read_pings]), "1", "gain of each range, as sent"
-            )
-        return ping_dataset(
-            group, [number[row] for row, _ in read_pings], self.datagrams.time[[r for r, _ in read_pings]], columns
-        )
+        by_row = dict(self._pings(rows))
+        kept, read_pings = list(by_row), list(by_row.values())
+        columns = _stated([ping.header for ping in read_pings])
+        columns["first_range"] = variable("ping", np.zeros(len(kept)), "m", "range of sample 0")
+        bearing, image = stacked([p.bearing for p in read_pings]), stacked([p.image for p in read_pings], axes=2)
+        columns["bearing"] = variable(("ping", "beam"), bearing, "rad", "bearing of the beam, positive to the right")
+        columns["amplitude"] = variable(("ping", "beam", "sample"), image, "1", "amplitude of the echo in counts")
+        if any(ping.gain.size for ping in read_pings):
+            gain = stacked([ping.gain for ping in read_pings])
+            columns["sample_gain"] = variable(("ping", "sample"), gain, "1", "gain of each range, as sent")
+        return ping_dataset(group, np.searchsorted(every, kept), self.datagrams.time[kept], columns)
 
     def settings(self) -> tuple[Setting, ...]:
         """Settings of the first ping that can be read."""
@@ -260,10 +249,8 @@ class _Ping:
         self.bearing = records(content, np.dtype("<i2"), layout.itemsize, beams) * (0.01 * DEGREE)
         self.gain = np.ascontiguousarray(rows[:, :gain_size]).view("<f4").reshape(-1)
         digits = rows[:, gain_size:].reshape(ranges, beams, width)
-        counts = digits.astype(np.float64 if width > 2 else np.float32) @ (256.0 ** np.arange(width)).astype(
-            np.float64 if width > 2 else np.float32
-        )
-        self.image = counts.T
+        kind = np.float64 if width > 2 else np.float32
+        self.image = (digits.astype(kind) @ (256.0 ** np.arange(width)).astype(kind)).T
 
 
 def _stated(headers: Sequence[Any]) -> dict[str, xr.Variable]:

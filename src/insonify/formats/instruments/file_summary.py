@@ -45,12 +45,8 @@ def _some(count: int) -> slice:
 def _group(name: str, count: int, read: xr.Dataset) -> dict[str, Any]:
     largest = max(read.data_vars.values(), key=lambda data: data.size * 10 + data.ndim)
     shape = {str(dim): int(size) for dim, size in largest.sizes.items() if dim != "ping"}
-    summary: dict[str, Any] = {
-        "name": name,
-        "pings": count,
-        "pings_read": int(read.sizes.get("ping", 0)),
-        "shape": shape,
-    }
+    read_count = int(read.sizes.get("ping", 0))
+    summary: dict[str, Any] = {"name": name, "pings": count, "pings_read": read_count, "shape": shape}
     for quantity in _RANGES:
         if quantity in read.variables:
             values = read[quantity].values.astype(float)

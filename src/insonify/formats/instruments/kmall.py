@@ -237,10 +237,8 @@ class KmallFile(InstrumentFile):
     def _header(self, offset: int) -> tuple[int, str, float]:
         """Size, kind and time of the datagram at an offset."""
         head = self._bytes(offset, _BODY)
-        header, parts = (
-            records(head, layouts.HEADER, 0)[0],
-            records(head, layouts.PARTITION, layouts.HEADER.itemsize)[0],
-        )
+        header = records(head, layouts.HEADER, 0)[0]
+        parts = records(head, layouts.PARTITION, layouts.HEADER.itemsize)[0]
         if not _KIND.fullmatch(header["kind"]):
             raise DatagramError("no datagram begins here")
         size, kind = int(header["size"]), header["kind"].decode()

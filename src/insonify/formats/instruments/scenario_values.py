@@ -90,11 +90,11 @@ class ScenarioValues:
         value = value[np.isfinite(value)]
         return float(np.median(value)) if value.size else None
 
-    def stated(self, name: str, unit: str, default: float, scale: float = 1.0, why: str = "assumed") -> Stated:
+    def stated(self, name: str, unit: str, default: float, scale: float = 1.0) -> Stated:
         """Median of a variable with its unit and source, or an assumed value."""
         value = self.median(name)
         if value is None or value == 0:
-            return Stated(f"{default:.6g} {unit}".strip(), why, default)
+            return Stated(f"{default:.6g} {unit}".strip(), "assumed", default)
         return Stated(f"{value * scale:.6g} {unit}".strip(), f"{self.group}: {name}", value * scale)
 
     def setting(self, name: str) -> float | None:
@@ -175,9 +175,8 @@ class ScenarioValues:
             return _metres(altitude + self.depth.number, f"{self.group}: altitude, plus depth of the sonar")
         if "voltage" in self.data:
             first, step = self.median("first_range") or 0.0, self.median("range_step") or 0.0
-            amplitude = np.sqrt(
-                np.nanmean(np.abs(self.data["voltage"].mean("sector").values.astype(complex)) ** 2, axis=0)
-            )
+            voltage = self.data["voltage"].mean("sector").values.astype(complex)
+            amplitude = np.sqrt(np.nanmean(np.abs(voltage) ** 2, axis=0))
             near = max(int((_BLANKED - first) / step), 0) + 1 if step > 0 else amplitude.size
             if near < amplitude.size:
                 pulse = first + step * leading_edge(amplitude[:near])

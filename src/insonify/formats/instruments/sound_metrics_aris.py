@@ -168,34 +168,23 @@ class SoundMetricsArisFile(InstrumentFile):
         Raises:
             StoreError: There is no such group, or the frames need more memory than is allowed.
         """
-        numbers = range(self._require_group(group))[pings]
-        rows = self.datagrams.rows("frame")[numbers]
-        require_memory(self.path, len(rows), int(self.datagrams.size[rows].max(initial=0)))
-        number = dict(zip(rows.tolist(), numbers, strict=True))
-        read_pings = list(self._parsed(rows, _image))
-        headers = [header for _, (header, _) in read_pings]
+        self._require_group(group)
+        every = self.datagrams.rows("frame")
+        require_memory(self.path, len(every[pings]), int(self.datagrams.size[every[pings]].max(initial=0)))
+        by_row = dict(self._parsed(every[pings], _image))
+        kept, headers = list(by_row), [header for header, _ in by_row.values()]
         columns = variables(headers, _COLUMNS, ("ping",))
-        columns["level_db"] = variable(
-            ("ping", "beam", "sample"),
-            stacked([image for _, (_, image) in read_pings], axes=2),
-            "dB",
-            "level of the echo",
-        )
-        angles = [bearings(image.shape[0], bool(header["telephoto"])) for _, (header, image) in read_pings]
-        columns["bearing"] = variable(
-            ("ping", "beam"), stacked(angles), "rad", "bearing of the beam, positive to the right"
-        )
+        level = stacked([image for _, image in by_row.values()], axes=2)
+        columns["level_db"] = variable(("ping", "beam", "sample"), level, "dB", "level of the echo")
+        bearing = stacked([bearings(image.shape[0], bool(header["telephoto"])) for header, image in by_row.values()])
+        columns["bearing"] = variable(("ping", "beam"), bearing, "rad", "bearing of the beam, positive to the right")
         tones = [MODELS.get(int(h["system"]), _UNKNOWN)[2 if h["high_frequency"] else 1] for h in headers]
         columns["frequency"] = variable("ping", np.array(tones, float), "Hz", "frequency of the model")
-        for name, field, text in (
-            ("first_range", "first_delay", "range of sample 0"),
-            ("range_step", "sample_interval", "step of range"),
-        ):
-            values = columns[field].values * columns["sound_speed"].values / 2
-            columns[name] = variable("ping", values, "m", text)
-        return ping_dataset(
-            group, [number[row] for row, _ in read_pings], self.datagrams.time[[r for r, _ in read_pings]], columns
-        )
+        half_speed = columns["sound_speed"].values / 2
+        first, step = (columns[name].values * half_speed for name in ("first_delay", "sample_interval"))
+        columns["first_range"] = variable("ping", first, "m", "range of sample 0")
+        columns["range_step"] = variable("ping", step, "m", "step of range")
+        return ping_dataset(group, np.searchsorted(every, kept), self.datagrams.time[kept], columns)
 
     def settings(self) -> tuple[Setting, ...]:
         """Settings of the first frame."""
@@ -204,14 +193,9 @@ class SoundMetricsArisFile(InstrumentFile):
         offset = int(self.datagrams.offset[self.datagrams.rows("frame")[0]])
         stated = variables([self._first], _COLUMNS, ("ping",))
         beams = BEAMS[int(self._first["ping_mode"])]
-        return (
-            Setting("beams", beams, "1", "frame", offset),
-            Setting("samples", int(self._first["samples"]), "1", "frame", offset),
-            *(
-                Setting(name, column.values[0].item(), column.attrs["units"], "frame", offset)
-                for name, column in stated.items()
-            ),
-        )
+        values = {"beams": (beams, "1"), "samples": (int(self._first["samples"]), "1")}
+        values |= {name: (column.values[0].item(), column.attrs["units"]) for name, column in stated.items()}
+        return tuple(Setting(name, value, unit, "frame", offset) for name, (value, unit) in values.items())
 
     def navigation(self) -> xr.Dataset | None:
         """Latitude and longitude [rad] over time, None where no frame has any."""

@@ -234,7 +234,7 @@ class XtfFile(InstrumentFile):
         if group == "soundings":
             return self._soundings(pings)
         channel = self._names[group]
-        about, parsed = self._channels[channel], []
+        about, parsed = self._channels[channel], list[Any]()
         requested = list(enumerate(self._pings[channel]))[pings]
         if (kind := _TYPES.get((int(about["sample_size"]), int(about["sample_format"])))) is None:
             self._omit(
@@ -248,20 +248,14 @@ class XtfFile(InstrumentFile):
                 values = np.frombuffer(content, kind or "u1", count, start).astype(np.float32)
                 values = values[::-1] if about["kind"] == _PORT else values
                 parsed.append((number, row, records(content, layouts.PING, 0)[0], header, values))
-        heads, headers, samples = (
-            [part[2] for part in parsed],
-            [part[3] for part in parsed],
-            [part[4] for part in parsed],
-        )
+        numbers, rows, heads, headers, samples = ([part[field] for part in parsed] for field in range(5))
         if parsed:
             require_memory(self.path, len(parsed), max(part.size for part in samples))
         columns = variables(heads, _SINGLE, ("ping",)) | variables(headers, _CHANNEL, ("ping",))
         columns |= self._ping_settings(about, heads, headers)
         filled = stacked(samples) if parsed else np.empty((0, 0), np.float32)
         columns["amplitude"] = variable(("ping", "sample"), filled, "1", "amplitude in counts as recorded, near to far")
-        dataset = ping_dataset(
-            group, [part[0] for part in parsed], self.datagrams.time[[part[1] for part in parsed]], columns
-        )
+        dataset = ping_dataset(group, numbers, self.datagrams.time[rows], columns)
         return dataset.assign_attrs(range="ground" if about["correction"] == 2 else "slant")
 
     def _soundings(self, pings: slice) -> xr.Dataset:
@@ -336,12 +330,10 @@ def _multibeam(content: bytes) -> tuple[Any, NDArray[Any]]:
 
 def _packet_time(head: bytes, kind: str) -> float:
     """Seconds since 1970 of a packet, NaN where it states no time."""
-    layout = {
-        "ATTITUDE": layouts.ATTITUDE,
-        "NAVIGATION": layouts.NAVIGATION,
-        "POS_RAW_NAVIGATION": layouts.RAW_POSITION,
-    }
-    part = layout.get(kind, layouts.PING if kind in ("SONAR", "Q_MULTIBEAM") else None)
+    part = {
+        "ATTITUDE": layouts.ATTITUDE, "NAVIGATION": layouts.NAVIGATION, "POS_RAW_NAVIGATION": layouts.RAW_POSITION,
+        "SONAR": layouts.PING, "Q_MULTIBEAM": layouts.PING,
+    }.get(kind)  # fmt: skip
     if part is None or len(head) < part.itemsize:
         return np.nan
     fields = records(head, part, 0)[0]
