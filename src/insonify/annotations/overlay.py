@@ -13,6 +13,7 @@ from insonify.annotations.grey_picture import greys, level_span
 from insonify.annotations.labelled_image import CLASSES, LabelledImage
 from insonify.plotting import style
 from insonify.plotting.labels import KINDS
+from insonify.plotting.sector_image import beam_edges
 
 Floats = NDArray[np.float64]
 
@@ -74,5 +75,4 @@ def _edges(middles: Floats) -> Floats:
     """Edges of cells, midway between their middles, shape (n + 1,)."""
     if middles.size < 2:
         return middles[0] + np.array([-0.5, 0.5])
-    inner = (middles[:-1] + middles[1:]) / 2
-    return np.concatenate([[2 * middles[0] - inner[0]], inner, [2 * middles[-1] - inner[-1]]])
+    return beam_edges(middles)

@@ -26,7 +26,7 @@ from insonify.estimates.diffraction_work import diffraction_seconds_on_seabed, d
 from insonify.estimates.facet_work import facet_work
 from insonify.estimates.terrain_work import distinct, tiles_in_reach, tiles_under_radials, tiles_under_rings
 from insonify.estimates.wave_work import wave_leg_seconds
-from insonify.propagation.families import DIRECT, bounce_sequence, families_reaching
+from insonify.propagation.families import DIRECT, bounce_sequence, families_reaching, image_depth
 from insonify.propagation.glints import MIN_COHERENT_FACTOR, glint_surface
 from insonify.propagation.image_sources import StraightRays
 from insonify.scattering.lambert import Lambert
@@ -334,12 +334,9 @@ def _pairs_received(
     simulator: Simulator, ping_geometry: PingGeometry, kept: tuple[str, ...], distance: Floats, depth: Floats
 ) -> Floats:  # fmt: skip
     """Number of pairs of straight legs to positions at a distance and depth [m] within the window, (n,)."""
-    lengths = []
+    lengths, bed = [], simulator.scenario.seabed.depth
     for end in (ping_geometry.transmit_position, ping_geometry.receive_position):
-        images = np.full(len(kept), float(end[2]))
-        for row, name in enumerate(kept):
-            for bounce in bounce_sequence(name):
-                images[row] = -images[row] if bounce == "S" else 2 * simulator.scenario.seabed.depth - images[row]
+        images = np.array([image_depth(name, float(end[2]), bed) for name in kept])
         lengths.append(np.hypot(distance, depth - images[:, None]))
     both = lengths[0][:, None] + lengths[1]
     first, last = (ping_geometry.sound_speed * delay for delay in ping_geometry.recorded_delays)

@@ -104,7 +104,7 @@ def sector_cells(axes: Axes, slant: Floats, steer: Floats, values: ArrayLike) ->
         values: Values, shape (beams, any), or colours, shape (beams, any, 3): columns divide the ranges evenly.
     """
     edges = np.linspace(slant[0], slant[-1], np.shape(values)[1] + 1)
-    angles = _edges(steer)
+    angles = beam_edges(steer)
     x, y = np.outer(np.sin(angles), edges), np.outer(np.cos(angles), edges)
     return axes.pcolormesh(x, y, values, rasterized=True)
 
@@ -136,7 +136,7 @@ def name_targets(axes: Axes, seen: list[TargetView], slant: Floats, steer: Float
         slant: Slant range of each sample [m], shape (n,).
         steer: Steer angles, ascending [rad], shape (beams,).
     """
-    angles = _edges(steer)
+    angles = beam_edges(steer)
     offset, anchor = (7, "bottom") if axes.yaxis_inverted() else (-7, "top")
     for target in seen:
         if angles[0] <= target.bearing <= angles[-1] and slant[0] <= target.slant <= slant[-1]:
@@ -173,7 +173,7 @@ def _degrees(angle: float) -> str:
     return f"{np.degrees(angle) + 0.0:+.3g}°" if abs(angle) > 1e-9 else "0°"
 
 
-def _edges(steer: Floats) -> Floats:
+def beam_edges(steer: Floats) -> Floats:
     """Edges of the beams, halfway between their angles [rad], shape (beams + 1,)."""
     middles = (steer[1:] + steer[:-1]) / 2
     return np.concatenate([[2 * steer[0] - middles[0]], middles, [2 * steer[-1] - middles[-1]]])
@@ -181,7 +181,7 @@ def _edges(steer: Floats) -> Floats:
 
 def _bounds(slant: Floats, steer: Floats) -> tuple[float, float, float, float]:
     """Left, right, lower and upper edge of a sector with its free space [m]."""
-    ends = _edges(steer)[[0, -1]]
+    ends = beam_edges(steer)[[0, -1]]
     rim = np.linspace(ends[0], ends[1], 181)
     x, y = (np.outer(along(rim), slant[[0, -1]]) for along in (np.sin, np.cos))
     free = EDGE * max(np.ptp(x), np.ptp(y))

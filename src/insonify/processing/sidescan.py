@@ -66,10 +66,11 @@ def sidescan(
             lines = slant_to_ground_range(lines, slant, height, across)
         order = slice(None, None, -1) if side < 0 else slice(None)
         sides.append((lines[:, order], (side or 1) * across[order], np.full(len(across), channel)))
+    position = recording["logged_position" if "logged_position" in recording else "position"]
     image = image_dataset(
         np.concatenate([lines for lines, _, _ in sides], axis=1), np.concatenate([across for _, across, _ in sides]),
-        _distance_run(recording), geometry=geometry, gain=gain, altitude=height, pings=_ping_numbers(recording),
-        attributes={"sound_speed": sound_speed},
+        distance_run(np.asarray(position.values, float)), geometry=geometry, gain=gain, altitude=height,
+        pings=_ping_numbers(recording), attributes={"sound_speed": sound_speed},
     )  # fmt: skip
     channels = np.concatenate([channel for _, _, channel in sides])
     channel_attributes = {"units": "1", "long_name": "row of the recording's channel"}
@@ -121,9 +122,8 @@ def _ground_cells(slant_range: Floats, altitude: Floats) -> Floats:
     return np.asarray((np.arange(max(int(max_range / cell), 2)) + 0.5) * cell, float)
 
 
-def _distance_run(recording: xr.Dataset) -> Floats:
-    """Along-track distance of each ping [m]."""
-    position = np.asarray(recording["logged_position" if "logged_position" in recording else "position"].values, float)
+def distance_run(position: Floats) -> Floats:
+    """Distance along a track at each of its positions, shape (ping, 3), over ground [m], shape (ping,)."""
     steps = np.linalg.norm(np.diff(position[:, :2], axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 

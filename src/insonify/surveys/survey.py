@@ -14,6 +14,7 @@ from insonify.formats.locations import is_url
 from insonify.formats.store_description import StoreError
 from insonify.formats.stored_recording import stored_recording
 from insonify.processing.recorder import lines_as_pings
+from insonify.processing.sidescan import distance_run
 from insonify.records.recording import FIELDS
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
@@ -90,8 +91,7 @@ class Survey:
     @cached_property
     def distance_run(self) -> Floats:
         """Distance along the logged track at each recorded ping [m], shape (ping,)."""
-        steps = np.linalg.norm(np.diff(self.position[:, :2], axis=0), axis=1)
-        return np.concatenate([[0.0], np.cumsum(steps)])
+        return distance_run(self.position)
 
     @cached_property
     def altitude(self) -> Floats:

@@ -13,6 +13,7 @@ from insonify.paper.checked_numbers import CheckedNumber
 from insonify.plotting.interferogram import SwathSide, interferogram_view
 from insonify.processing import interferometric_bathymetry, recorded_level
 from insonify.processing.recorded_geometry import recorded_element_positions, recorded_poses
+from insonify.processing.sidescan import distance_run
 from insonify.scenario.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -62,8 +63,7 @@ def interferometric(recording: xr.Dataset, scenario: Scenario, ping: int | None)
                                depths.depth, depths.truth, depths.coherence >= COHERENT))  # fmt: skip
     rows = recording["ping"].values
     row = len(rows) // 2 if ping is None else int(np.flatnonzero(rows == ping)[0])
-    position = recording["logged_position"].values
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(position[:, :2], axis=0), axis=1))])
+    run = distance_run(recording["logged_position"].values)
     slant = recording["time"].values * scenario.water.sound_speed / 2
     sonar = scenario.sonar
     baseline = f"receivers {wavelengths(recording, scenario):.1f} wavelengths apart"

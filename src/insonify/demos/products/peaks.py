@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.processing.coherence import parabolic_peak
+
 Floats = NDArray[np.float64]
 
 
@@ -14,11 +16,8 @@ def parabolic_peak_position(position: Floats, level: Floats, top: int) -> float:
         level: Levels of the samples [dB], shape (n,).
         top: Index of the highest sample; at either end its position is returned.
     """
-    if not 0 < top < len(level) - 1:
-        return float(position[top])
-    left, middle, right = level[top - 1 : top + 2]
-    bend = left - 2 * middle + right
-    return float(position[top] + (position[1] - position[0]) * ((left - right) / bend / 2 if bend < 0 else 0.0))
+    first = max(top - 1, 0)
+    return float(parabolic_peak(level[first : top + 2], position[1] - position[0], position[first])[0])
 
 
 def width(position: Floats, level: Floats, top: int, below: float = 3.0103) -> float:
