@@ -97,13 +97,8 @@ def points_on_boundary(
     node = middle[:: min(1 + scenario.sonar.beam_count * len(families) // BEAMS_PER_RING, MOST_APART)]
     kept = np.interp(middle, node, importance.mean_keep_probability(node))
     if scenario.field == "incoherent":
-        wide = min(resolution.beam_width, polar_grid.MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
-        cell = (
-            resolution.slant_resolution
-            / np.sqrt(resolution.scatterers_per_cell)
-            * np.hypot(middle, reach.vertical_distance)
-            * wide
-        )
+        wide = min(resolution.beam_width, polar_grid.MAX_CELL_WIDTH) * np.hypot(middle, reach.vertical_distance)
+        cell = resolution.slant_resolution * wide / resolution.scatterers_per_cell
         tiles = area * in_beam.mean(axis=1) / (cell * polar_grid.RINGS_PER_TILE * polar_grid.SECTORS_PER_TILE)
     else:
         cell = np.maximum(resolution.cell_area(middle, reach.vertical_distance), MIN_CELL_SIZE)

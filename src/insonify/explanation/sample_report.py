@@ -79,20 +79,10 @@ class SampleArrivals:
         # jitter of amplitudes has no column of its own: it is part of the scattering
         bare = p.spreading * p.absorption * np.abs(p.reflection_coefficient)
         scattering = np.abs(p.amplitude) / np.maximum(bare, 1e-300)
-        factors = [
-            transmit_gain,
-            receive_gain * self.array_factor,
-            p.spreading,
-            p.absorption,
-            p.reflection_coefficient,
-            scattering,
-            self.shape,
-        ]
-        terms = [
-            np.full(len(p), self.ping_geometry.source_level_db),
-            *(level_db(np.abs(factor) ** 2) for factor in factors),
-        ]
-        return np.stack([*terms, level_db(np.abs(self.pressure) ** 2)], axis=1)
+        ends = transmit_gain, receive_gain * self.array_factor
+        path = p.spreading, p.absorption, p.reflection_coefficient, scattering, self.shape
+        terms = [level_db(np.abs(factor) ** 2) for factor in (*ends, *path, self.pressure)]
+        return np.stack([np.full(len(p), self.ping_geometry.source_level_db), *terms], axis=1)
 
     def extra_columns(self) -> dict[str, NDArray[np.float64]]:
         """Further columns by name, each of shape (n,), those only in which anything stands.

@@ -132,13 +132,9 @@ def section(axes: Axes, traced: RayFan, water_depth: float, source_depth: float,
     order = sorted(lines, key=lambda name: (name != "D", len(name), name[::-1]))
     thin = float(np.clip(60 / max(len(traced), 1), 0.35, 1.1))
     for name in reversed(order):  # the direct rays on top
-        bounced = name != "D"
-        axes.add_collection(
-            LineCollection(
-                lines[name], colors=style.FAMILIES.get(name, style.QUIET), linewidths=thin * (0.8 if bounced else 1.1),
-                alpha=0.55 if bounced else 0.9,
-            )
-        )  # fmt: skip
+        share, alpha = (1.1, 0.9) if name == "D" else (0.8, 0.55)
+        colour = style.FAMILIES.get(name, style.QUIET)
+        axes.add_collection(LineCollection(lines[name], colors=colour, linewidths=thin * share, alpha=alpha))
     axes.axhline(0, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=2, zorder=3)
     axes.axhline(water_depth, color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=2, zorder=3)
     axes.axhspan(water_depth, 1.06 * water_depth, color=style.CONTRIBUTION_COLOURS["seabed"], alpha=0.3, linewidth=0)

@@ -125,18 +125,13 @@ def multibeam_soundings(
     )  # fmt: skip
     detection = [bottom_detection(full[p], fore[p], aft[p], time, looks=looks) for p in range(len(series))]
     travel_time = np.array([detection.time for detection in detection])
-    body_points = (
-        element.mean(axis=0)
-        + _reach(travel_time, sound_speed, beam_directions, transmitter - element.mean(axis=0)) * beam_directions
-    )
+    centre = element.mean(axis=0)
+    body_points = centre + _reach(travel_time, sound_speed, beam_directions, transmitter - centre) * beam_directions
     position, rotation = recorded_poses(recording, navigation)
+    deviation = np.array([d.standard_deviation for d in detection])
     columns = {
         "travel_time": (travel_time, "s", "two-way travel time to the seabed"),
-        "deviation": (
-            np.array([d.standard_deviation for d in detection]),
-            "s",
-            "standard deviation of the travel time",
-        ),
+        "deviation": (deviation, "s", "standard deviation of the travel time"),
         "by_phase": (np.array([d.is_by_phase for d in detection]), "1", "whether the travel time is from phase"),
     }
     soundings = position[:, None] + np.einsum("pij,pbj->pbi", rotation, body_points)

@@ -120,22 +120,16 @@ def label_dataset(
     """
     import xarray as xr
 
-    dataset = xr.Dataset(
-        {
-            name: (
-                dims,
-                np.stack([getattr(part, name) for part in parts]).astype(dtype),
-                {"units": units, "long_name": meaning},
-            )
-            for name, (dims, dtype, units, meaning) in COLUMNS.items()
-            if hasattr(parts[0], name)
-        },
-        coords={
-            "ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"}),
-            "time": ("time", time, {"units": "s", "long_name": "time after the start of transmission"}),
-        },
-    )
-    return with_names(dataset, names)
+    coordinates = {
+        "ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"}),
+        "time": ("time", time, {"units": "s", "long_name": "time after the start of transmission"}),
+    }
+    variables: dict[str, Any] = {}
+    for name, (dims, dtype, units, meaning) in COLUMNS.items():
+        if hasattr(parts[0], name):
+            values: NDArray[Any] = np.stack([getattr(part, name) for part in parts]).astype(dtype)
+            variables[name] = dims, values, {"units": units, "long_name": meaning}
+    return with_names(xr.Dataset(variables, coordinates), names)
 
 
 def with_names(dataset: xr.Dataset, names: LabelNames) -> xr.Dataset:

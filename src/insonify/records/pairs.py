@@ -77,12 +77,9 @@ class SeparableStrengths:
     def select(self, rows: NDArray[np.int64]) -> "SeparableStrengths":
         """Strengths of some pairs, given by their rows."""
         sampling = self.sampling
-        kept = (
-            None
-            if sampling is None
-            else replace(sampling, keep_probability=np.ascontiguousarray(sampling.keep_probability[rows]))
-        )
-        return replace(self, pair=self.pair[rows], weight=self.weight[rows], sampling=kept)
+        if sampling is not None:
+            sampling = replace(sampling, keep_probability=np.ascontiguousarray(sampling.keep_probability[rows]))
+        return replace(self, pair=self.pair[rows], weight=self.weight[rows], sampling=sampling)
 
     def _direction_factors(self, legs: Legs) -> Floats:
         """Root of each leg's factor in the cross section [1], shape (f, n)."""
@@ -112,11 +109,8 @@ class Pairs:
 
         The root of cross section times area, or the complex scattering amplitude of a specular facet.
         """
-        return (
-            self.stored_strengths.strengths
-            if isinstance(self.stored_strengths, SeparableStrengths)
-            else self.stored_strengths
-        )
+        stored = self.stored_strengths
+        return stored.strengths if isinstance(stored, SeparableStrengths) else stored
 
     def at(self, points: NDArray[np.intp]) -> "Pairs":
         """Pairs at some of the points, given by their rows."""
@@ -153,9 +147,6 @@ class Pairs:
 
     def select(self, pairs: NDArray[np.int64]) -> "Pairs":
         """The same block with strengths of its ordered pairs, given by their rows."""
-        strengths = (
-            self.stored_strengths.select(pairs)
-            if isinstance(self.stored_strengths, SeparableStrengths)
-            else self.stored_strengths[pairs]
-        )
+        stored = self.stored_strengths
+        strengths = stored.select(pairs) if isinstance(stored, SeparableStrengths) else stored[pairs]
         return Pairs(self.scatterers, self.transmit_legs, self.receive_legs, self.pair[pairs], strengths)

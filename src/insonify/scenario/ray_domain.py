@@ -35,12 +35,8 @@ def domain(scenario: Scenario, track: Poses | Platforms, pulse: ReceivedPulse) -
     scene, stop = scenario.scene, scenario.track.window[1] - pulse.ringing_start
     # Separated ends receive a little beyond half of the path.
     largest_spacing = 2 * max(float(np.linalg.norm(array.offset)) for array in scenario.sonar.arrays)
-    farthest = (
-        scenario.water.max_sound_speed * max(stop, 0.0) / 2
-        + largest_spacing
-        + poses.max_separation
-        + _element_excursion(scenario, poses)
-    )
+    apart = largest_spacing + poses.max_separation + _element_excursion(scenario, poses)
+    farthest = scenario.water.max_sound_speed * max(stop, 0.0) / 2 + apart
     if (
         scenario.paths.face_reflections or scenario.paths.engine == "tracer"
     ):  # out by way of a face, and back by a short way

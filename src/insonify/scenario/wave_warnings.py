@@ -39,15 +39,13 @@ def wave_warnings(scenario: Scenario, shallowest: float) -> Iterator[str]:
         )
     across, count = wave_focusing(sea, scenario, shallowest)
     if across > CROWDED or count > MAX_BOUNCE_POINTS:
+        advice = "Give a longer swell."
+        if scenario.surface.wind_speed:
+            advice = "Give a longer surface.cutoff_wavelength, or reflection: statistical."
         yield (
             f"surface: the waves drawn are so curved that the farthest paths meet about {count:.0f} bounce points each "
             f"({MAX_BOUNCE_POINTS} are followed), with a curvature across the path of {across:.2g} of what makes "
-            "several side by side (of which one is). Surface echoes are too weak by decibels. "
-            + (
-                "Give a longer surface.cutoff_wavelength, or reflection: statistical."
-                if scenario.surface.wind_speed
-                else "Give a longer swell."
-            )
+            f"several side by side (of which one is). Surface echoes are too weak by decibels. {advice}"
         )
 
 

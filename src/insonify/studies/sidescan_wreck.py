@@ -221,15 +221,8 @@ def _wreck() -> list[dict[str, object]]:
         bodies.append({"shape": "box", "label": f"side {row}", "position": middle.tolist(),
                         "heading": float(np.arctan2(across[1], across[0])),
                        "size": [float(np.hypot(*across)), 0.3, HULL_HEIGHT]})  # fmt: skip
-    bodies.append(
-        {
-            "shape": "box",
-            "label": "mast",
-            "position": [SPACING * MAST_AT[0], MAST_AT[1]],
-            "size": [MAST[0], MAST[0], MAST[1]],
-        }
-    )
-    return bodies
+    position, size = [SPACING * MAST_AT[0], MAST_AT[1]], [MAST[0], MAST[0], MAST[1]]
+    return [*bodies, {"shape": "box", "label": "mast", "position": position, "size": size}]
 
 
 def section(results: SidescanResults) -> Section:

@@ -31,9 +31,8 @@ def numbers(recording: xr.Dataset, scenario: Scenario) -> list[CheckedNumber]:
     strongest = float(slant[near][level[near].argmax()])
     above = float(level[near].max() - np.median(level[bed]))
     where = "slant range of the middle of its near face, and half the pulse"
+    name = "box: slant range of its strongest direct echo"
     return [
-        CheckedNumber(
-            "box: slant range of its strongest direct echo", strongest, "m", distance + pulse / 2, pulse, where
-        ),
+        CheckedNumber(name, strongest, "m", distance + pulse / 2, pulse, where),
         CheckedNumber("box: strongest direct echo above the bed before it", above, "dB"),
     ]

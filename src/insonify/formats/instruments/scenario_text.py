@@ -188,12 +188,8 @@ def _multibeam(values: ScenarioValues) -> str:
         tilt, source = f", steer_down: {-np.degrees(values.forward_tilt):.4g} deg", f"{source}, tilt to the bow"
     width = f"{values.wavelength / 2 * 1e3:.4g} mm"
     transmit = Stated(f"{{kind: planar, width: {width}, height: {height}{tilt}}}", source)
-    receive = Stated(
-        f"{{kind: line, length: {length}, elements: {count}}}",
-        f"{values.group}: rx_beam_width, or runtime parameters; elements half a wavelength apart"
-        if across
-        else "assumed: 1 deg",
-    )
+    spaced = f"{values.group}: rx_beam_width, or runtime parameters; elements half a wavelength apart"
+    receive = Stated(f"{{kind: line, length: {length}, elements: {count}}}", spaced if across else "assumed: 1 deg")
     return transmit.line("transmit") + receive.line("receive")
 
 

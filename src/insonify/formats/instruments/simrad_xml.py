@@ -114,13 +114,10 @@ def channels(root: ElementTree.Element) -> dict[str, Channel]:
         for channel in transceiver.iterfind("Channels/Channel"):
             transducer = channel.find("Transducer")
             attributes = {} if transducer is None else transducer.attrib
-            result[channel.get("ChannelID", "")] = Channel(
-                transceiver.attrib,
-                channel.attrib,
-                attributes,
-                [row.attrib for row in channel.iterfind("Transducer/FrequencyPar")],
-                mountings.get((attributes.get("TransducerName"), attributes.get("SerialNumber")), {}),
-            )
+            table = [row.attrib for row in channel.iterfind("Transducer/FrequencyPar")]
+            mounting = mountings.get((attributes.get("TransducerName"), attributes.get("SerialNumber")), {})
+            parts = transceiver.attrib, channel.attrib, attributes, table, mounting
+            result[channel.get("ChannelID", "")] = Channel(*parts)
     return result
 
 
