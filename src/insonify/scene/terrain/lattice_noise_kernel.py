@@ -176,7 +176,8 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
                 first_node[k] = (i - first_i) * stride + j - 4 * first_group if rows > 0 else 32 * k + (j & 3)
                 f[k], g[k] = a - i, b - j
             if rows == 0:
-                first_node[:size] += 32 * (begin - first)
+                for k in range(size):  # an array expression would take 2 s to compile
+                    first_node[k] += 32 * (begin - first)
             for k in range(0, size, POINTS):  # the last vector includes stale values, which are not used
                 splines(node, stride, first_node, f, g, k, spline_values, _CHUNK)
             rows_out = out[begin : begin + size]
