@@ -8,6 +8,7 @@ it too; absorption over the path length, with one coefficient of the water at al
 import math
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,7 @@ from insonify.propagation.travel_time_curves import (
     ranges_within_delays,
     travel_time_curve,
 )
+from insonify.recent_results import RecentResults
 from insonify.records.legs import Legs, LegStatus, legs_to_points
 from insonify.scene.scatterers import Boundary, Scatterers
 from insonify.scene.scene import Scene, open_scene
@@ -54,18 +56,12 @@ class RefractedRays:
     scene: Scene
     domain: RayDomain
     layers: SoundSpeedLayers
-    travel_time_curves: dict[tuple[str, tuple[float, ...], tuple[float, ...]], TravelTimeCurve] = field(
-        default_factory=dict, repr=False
+    travel_time_curves: RecentResults[TravelTimeCurve] = field(default_factory=lambda: RecentResults(512), repr=False)
+    angles_of_departure: RecentResults[DepartureAngles] = field(default_factory=lambda: RecentResults(32), repr=False)
+    expansion_tables: RecentResults[ExpansionTable | None] = field(default_factory=lambda: RecentResults(8), repr=False)
+    launch_angle_tables: RecentResults[RefractedLaunchAngles] = field(
+        default_factory=lambda: RecentResults(64), repr=False
     )
-    single_curves: dict[tuple[str, float, float], TravelTimeCurve] = field(default_factory=dict, repr=False)
-    angles_of_departure: dict[tuple[tuple[str, ...], tuple[float, ...], tuple[float, ...]], DepartureAngles] = field(
-        default_factory=dict, repr=False
-    )
-    expansion_tables: dict[tuple[tuple[str, ...], str, float, tuple[float, float]], ExpansionTable | None] = field(
-        default_factory=dict, repr=False
-    )
-    launch_angle_planes: dict[float, RefractedLaunchAngles] = field(default_factory=dict, repr=False)
-    launch_angle_tables: dict[float, RefractedLaunchAngles] = field(default_factory=dict, repr=False)
     tables: EigenrayTables = field(init=False, repr=False)
     boxes: Floats = field(init=False, repr=False)
     """Occluding boxes, shape (boxes, 8), see `insonify.scene.box.box_body`."""
@@ -157,27 +153,25 @@ class RefractedRays:
         aperture_extent: tuple[float, float],
     ) -> ExpansionTable | None:
         """Expansions of some families to the boundary of scatterers, cached for pings from the same sonar depth."""
-        key = (families, scatterers.boundary, source_depth, aperture_extent)
-        if key not in self.expansion_tables:
-            if len(self.expansion_tables) > MOST_LAUNCHED:
-                self.expansion_tables.clear()
-            water, source = self.open_water(), np.array([0.0, 0.0, source_depth])
+        water, source = self.open_water(), np.array([0.0, 0.0, source_depth])
 
-            def evaluate(distance: Floats, depth: Floats) -> Floats | None:
-                n = len(distance)
-                nodes = replace(
-                    scatterers, position=np.column_stack([distance, np.zeros(n), depth]), normal=np.zeros((n, 3)),
-                    area=np.ones(n), phase=np.ones(n, complex), scatterer_id=np.arange(n, dtype=np.uint64),
-                )  # fmt: skip
-                legs = water.legs(source, nodes, families, LOWEST_FREQUENCY)
-                if legs.families != families:
-                    return None
-                return self._expansion(legs, source, nodes.position, scatterers.boundary, aperture_extent)
+        def evaluate(distance: Floats, depth: Floats) -> Floats | None:
+            n = len(distance)
+            nodes = replace(
+                scatterers, position=np.column_stack([distance, np.zeros(n), depth]), normal=np.zeros((n, 3)),
+                area=np.ones(n), phase=np.ones(n, complex), scatterer_id=np.arange(n, dtype=np.uint64),
+            )  # fmt: skip
+            legs = water.legs(source, nodes, families, LOWEST_FREQUENCY)
+            if legs.families != families:
+                return None
+            return self._expansion(legs, source, nodes.position, scatterers.boundary, aperture_extent)
 
-            limits = self.tables.terrain_depths if scatterers.boundary == "seabed" else (0.0, 0.0)
-            farthest = max(self.domain.max_range, 1.0) * RANGE_MARGIN
-            self.expansion_tables[key] = expansion_table(evaluate, limits, farthest, aperture_extent)
-        return self.expansion_tables[key]
+        limits = self.tables.terrain_depths if scatterers.boundary == "seabed" else (0.0, 0.0)
+        farthest = max(self.domain.max_range, 1.0) * RANGE_MARGIN
+        return self.expansion_tables.get(
+            (families, scatterers.boundary, source_depth, aperture_extent),
+            lambda: expansion_table(evaluate, limits, farthest, aperture_extent),
+        )
 
     def reachable_range(
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
@@ -197,14 +191,10 @@ class RefractedRays:
     ) -> DepartureAngles:
         """Launch angles of all rays between the nearest and the farthest point of neighbourhoods."""
         levels = self._levels(boundary_depth, relief_height)
-        key = (families, self._planes(source_depth), levels)
-        angles = self.angles_of_departure.get(key)
-        if angles is None:
-            if len(self.angles_of_departure) > MOST_LAUNCHED:
-                self.angles_of_departure.clear()
-            angles = departure_angles([self._sweep(family, source_depth, levels) for family in families])
-            self.angles_of_departure[key] = angles
-        return angles
+        return self.angles_of_departure.get(
+            (families, self._planes(source_depth), levels),
+            lambda: departure_angles([self._sweep(family, source_depth, levels) for family in families]),
+        )
 
     def zone_climbs(
         self, families: tuple[str, ...], source_depth: float, boundary_depth: float, zone: tuple[float, float]
@@ -230,23 +220,17 @@ class RefractedRays:
 
     def launch_angles(self, source_depth: float) -> RefractedLaunchAngles:
         """Launch angles of refracted rays, cached for pings from the same sonar depth."""
-        table = self.launch_angle_tables.get(source_depth)
-        if table is None:  # two threads may both build it, with equal results
-            if len(self.launch_angle_tables) > MOST_LAUNCHED:
-                self.launch_angle_tables.clear()
-            planes = self._planes(source_depth)
-            neighbours = None if len(planes) < 2 else (self._plane_angles(planes[0]), self._plane_angles(planes[1]))
-            table = self.launch_angle_tables[source_depth] = self._launch_angles(source_depth, neighbours)
-        return table
+        planes = self._planes(source_depth)
 
-    def _plane_angles(self, source_depth: float) -> RefractedLaunchAngles:
-        """Launch angles of rays from one of the depths between which others are interpolated, cached."""
-        angles = self.launch_angle_planes.get(source_depth)
-        if angles is None:
-            if len(self.launch_angle_planes) > MOST_PLANES:
-                self.launch_angle_planes.clear()
-            angles = self.launch_angle_planes[source_depth] = self._launch_angles(source_depth, None)
-        return angles
+        def make() -> RefractedLaunchAngles:
+            if len(planes) < 2:
+                return self._launch_angles(source_depth, None)
+            above, below = (
+                self.launch_angle_tables.get((plane,), partial(self._launch_angles, plane, None)) for plane in planes
+            )
+            return self._launch_angles(source_depth, (above, below))
+
+        return self.launch_angle_tables.get(source_depth, make)
 
     def _launch_angles(
         self, source_depth: float, neighbours: tuple[RefractedLaunchAngles, RefractedLaunchAngles] | None
@@ -273,24 +257,16 @@ class RefractedRays:
 
     def _sweep(self, family: str, depth: float, boundary_depths: tuple[float, ...]) -> TravelTimeCurve:
         """Bounds of the rays of a family to all distances at some depths of a boundary, from about one depth."""
-        planes = self._planes(depth)
-        key = (family, planes, boundary_depths)
-        if key not in self.travel_time_curves:
-            if len(self.travel_time_curves) > MOST_SWEEPS:
-                self.travel_time_curves.clear()
-            self.travel_time_curves[key] = enclosing_curve(
-                [self._curve(family, plane, boundary) for plane in planes for boundary in boundary_depths]
-            )
-        return self.travel_time_curves[key]
+        planes, farthest = self._planes(depth), max(self.domain.max_range, 1.0)
 
-    def _curve(self, family: str, source_depth: float, boundary_depth: float) -> TravelTimeCurve:
-        """Rays of a family from one depth to all distances at another, cached."""
-        key = (family, source_depth, boundary_depth)
-        if key not in self.single_curves:
-            if len(self.single_curves) > MOST_SWEEPS:
-                self.single_curves.clear()
-            self.single_curves[key] = travel_time_curve(self.layers, *key, max(self.domain.max_range, 1.0))
-        return self.single_curves[key]
+        def curve(source_depth: float, boundary_depth: float) -> TravelTimeCurve:
+            key = (family, source_depth, boundary_depth)
+            return self.travel_time_curves.get(key, lambda: travel_time_curve(self.layers, *key, farthest))
+
+        return self.travel_time_curves.get(
+            (family, planes, boundary_depths),
+            lambda: enclosing_curve([curve(plane, boundary) for plane in planes for boundary in boundary_depths]),
+        )
 
     def _assemble(
         self, geometry: HorizontalGeometry, scatterers: Scatterers, family_rays: list[FamilyRays],
@@ -354,14 +330,8 @@ class RefractedRays:
 
 STEEPEST, NEAREST = float(np.radians(89.5)), 0.1
 """Largest angle [rad] and least distance [m] from which `RefractedRays.zone_climbs` is evaluated."""
-MOST_LAUNCHED = 8
-"""Number of sonar depths whose launch angles are cached."""
-MOST_PLANES = 64
-"""Number of sonar depths whose launch angles are cached to be interpolated between."""
 PLANE_SPACING = 0.125
 """Spacing of these depths [m]: launch angles between them are accurate to some 1e-5 of the vertical travel."""
-MOST_SWEEPS = 256
-"""Number of cached travel-time curves."""
 
 
 def refracted_rays(scene: Scene, domain: RayDomain) -> RefractedRays:
