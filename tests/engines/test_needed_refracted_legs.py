@@ -93,7 +93,7 @@ def test_seabed_that_falls_slowly_enough_is_reached_in_order(family):
     """
     launches = simulator_of(DOWNWARD).engine.rays.launch_angles(11.0)
     step, count = 0.07, 800
-    distance, limit = step * np.arange(1, count + 1), launches.largest_hidden_free_fall(family, step, count)
+    distance, limit = step * np.arange(1, count + 1), launches.largest_unobstructed_fall(family, step, count)
     highest, deepest = 19.9, 20.1
     assert launches.has_single_rays(family, distance, np.full(count, highest))
     rises = []
@@ -117,8 +117,8 @@ def test_rays_are_single_within_the_table_alone():
     assert not downward.has_single_rays("D", inside[0], np.array([20.0, 21.0]))
     assert not downward.has_single_rays("D", np.array([0.0, 20.0]), inside[1])
     assert not upward.has_single_rays("D", *inside)
-    assert upward.largest_hidden_free_fall("D", 0.1, 10) is None
-    assert downward.largest_hidden_free_fall("SB", 0.1, 10) is None  # it arrives from below
+    assert upward.largest_unobstructed_fall("D", 0.1, 10) is None
+    assert downward.largest_unobstructed_fall("SB", 0.1, 10) is None  # it arrives from below
 
 
 def test_tables_reach_a_little_beyond_the_window():

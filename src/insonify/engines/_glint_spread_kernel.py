@@ -79,13 +79,10 @@ def cosine_spreads(
     Returns:
         Deviations of the cosines to the right and down, and of that to boresight.
     """
-    variances = slope_covariance
     horizontal = math.sqrt(max(1.0 - down * down, 0.0))
-    along = (
-        ray_north * ray_north * variances[0] + 2 * ray_north * ray_east * variances[1]
-        + ray_east * ray_east * variances[2]
-    )  # fmt: skip
-    across = variances[0] + variances[2] - along
+    north_north, mixed, east_east = slope_covariance[0], slope_covariance[1], slope_covariance[2]
+    along = ray_north * ray_north * north_north + 2 * ray_north * ray_east * mixed + ray_east * ray_east * east_east
+    across = north_north + east_east - along
     elevation = elevation_change * math.sqrt(max(along, 0.0))
     bearing = bearing_change * math.sqrt(max(across, 0.0))
     u = elevation * (-down * (ray_north * axes[1, 0] + ray_east * axes[1, 1]) + horizontal * axes[1, 2])

@@ -88,7 +88,7 @@ class TerrainProfiles:
     def _never_rises(self, family: str) -> bool:
         rays = self._launches
         if not isinstance(rays, StraightLaunchAngles):
-            largest_fall = rays.largest_hidden_free_fall(family, float(self._distance[0]), self.depth.shape[1])
+            largest_fall = rays.largest_unobstructed_fall(family, float(self._distance[0]), self.depth.shape[1])
             return largest_fall is not None and bool(crests.falls_within(self.depth, largest_fall))
         if "B" in family:
             return False

@@ -37,7 +37,7 @@ class LaunchAngles(Protocol):
         """Launch slope of rays with a tangent of the grazing angle at the mean plane [1]; 0 for none."""
         ...
 
-    def largest_hidden_free_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
+    def largest_unobstructed_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
         """Fall of the seabed from one sample of a line to the next, up to which no sample hides another.
 
         Rays of a family that arrive from above reach the later sample at a launch slope that is less or equal then.
@@ -115,7 +115,7 @@ class StraightLaunchAngles:
         """Equal to the tangent, see `LaunchAngles`."""
         return np.abs(grazing_tangent)
 
-    def largest_hidden_free_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
+    def largest_unobstructed_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
         """None, see `LaunchAngles`: the launch slopes themselves are as easily compared."""
         return None
 

@@ -29,7 +29,7 @@ AT_ZERO = 1e-3
 """Distance of the rays to the first column: a vertical one has no launch slope [m]."""
 FALL_MARGIN = 1e-3
 """Part of the fall of the seabed that is left for rounding [1]."""
-STRAY = 0.02
+OFF_TABLE_HEIGHT = 0.02
 """Largest height by which a ray may differ from that of the grid, at its end [m]."""
 
 
@@ -104,7 +104,7 @@ class RefractedLaunchAngles:
         square = (1 + np.asarray(grazing_tangent, float) ** 2) * self._bed_speed_ratio**2
         return np.sqrt(np.maximum(square - 1, 0.0))
 
-    def largest_hidden_free_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
+    def largest_unobstructed_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
         """Largest fall from the derivatives of the grid, see `LaunchAngles`.
 
         Within a cell the product c of launch slope and distance x is a + b x at constant depth z. From x to x + h the
@@ -119,16 +119,17 @@ class RefractedLaunchAngles:
         return known[: count - 1]
 
     def _largest_falls(self, grid: "_ClimbGrid", step: float, count: int) -> NDArray[np.float32]:
-        climb, farther = grid.climb, self._stations[1:]
-        offset = ((climb[:, :-1] * farther - climb[:, 1:] * self._stations[:-1]) / self._width).min(axis=0)
-        per_depth = np.diff(climb, axis=0) / grid.height
-        most = np.maximum(per_depth[:, :-1], per_depth[:, 1:]).max(axis=0)
-        gradient = np.where((offset > 0) & (per_depth.min() > 0), offset / (farther * most), -np.inf)
-        ends = step * np.arange(1, count + 1)
-        columns = np.minimum(ends / self._width, len(gradient)).astype(int)
-        gradient = np.append(gradient, -np.inf)  # beyond the grid
-        passed = int((columns[1:] - columns[:-1]).max(initial=0))
-        least = np.min([gradient[np.minimum(columns[:-1] + k, columns[1:])] for k in range(passed + 1)], axis=0)
+        """Largest fall after each sample of a line [m], the least of those of all cells up to the next sample."""
+        climb, nearer, farther = grid.climb, self._stations[:-1], self._stations[1:]
+        intercept = ((climb[:, :-1] * farther - climb[:, 1:] * nearer) / self._width).min(axis=0)  # a, at any depth
+        depth_derivative = np.diff(climb, axis=0) / grid.height
+        largest_derivative = np.maximum(depth_derivative[:, :-1], depth_derivative[:, 1:]).max(axis=0)
+        is_falling = (intercept > 0) & (depth_derivative.min() > 0)
+        steepest = np.where(is_falling, intercept / (farther * largest_derivative), -np.inf)
+        steepest = np.append(steepest, -np.inf)  # beyond the grid
+        cell = np.minimum(step * np.arange(1, count + 1) / self._width, len(steepest) - 1).astype(int)
+        cells_crossed = int((cell[1:] - cell[:-1]).max(initial=0))
+        least = np.min([steepest[np.minimum(cell[:-1] + k, cell[1:])] for k in range(cells_crossed + 1)], axis=0)
         return np.asarray((1 - FALL_MARGIN) * step * least, np.float32)
 
     def has_single_rays(self, family: str, distance: Floats, depth: Floats) -> bool:
@@ -144,7 +145,9 @@ class RefractedLaunchAngles:
 
     def off_table_rays(self, family: str, launch_slope: Floats, distance: Floats, depth: Floats) -> NDArray[np.bool_]:
         """Mask of rays that differ from those of the grid, see `LaunchAngles`."""
-        return ~(np.abs(launch_slope - self.launch_slope(family, distance, depth)) * distance <= STRAY)  # so is NaN
+        return ~(
+            np.abs(launch_slope - self.launch_slope(family, distance, depth)) * distance <= OFF_TABLE_HEIGHT
+        )  # so is NaN
 
     def ray_depths(self, family: str, launch_slope: Floats, step: float, count: int) -> Floats:
         """Depths traced from layer to layer, see `LaunchAngles`."""
@@ -197,7 +200,7 @@ class RefractedLaunchAngles:
         cosine = np.where(exists, ray[:, SLOWNESS] * self._speed, 1.0)
         tangent = np.where(exists, ray[:, SIN_LAUNCH] / cosine, np.nan)
         climb = (tangent * ranges * (-1 if string.startswith("S") else 1)).reshape(len(lines), -1)
-        is_single = bool((count == 1).all() and exists.all()) and _largest_bilinear_error(climb) <= STRAY / 2
+        is_single = bool((count == 1).all() and exists.all()) and _largest_bilinear_error(climb) <= OFF_TABLE_HEIGHT / 2
         return _ClimbGrid(low, float(lines[1] - lines[0]), climb, is_single)
 
 
@@ -211,7 +214,7 @@ class _ClimbGrid(NamedTuple):
     climb: NDArray[np.float64]
     """Distance times launch slope [m], NaN where there is no ray, (depths, distances)."""
     is_single: bool
-    """True if one ray reaches every node, without turns, and interpolation between them is accurate to `STRAY` / 2."""
+    """True if one ray reaches every node, without turns, and interpolation errs by `OFF_TABLE_HEIGHT` / 2 at most."""
 
 
 def _largest_bilinear_error(values: NDArray[np.float64]) -> float:
