@@ -7,7 +7,7 @@ touched by earlier pings. Many pings are timed together, as in a survey: at the 
 from bench_sidescan import SCENE, WINDOW, changed_ratios, loaded
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
-from measure import THREADS, Result, ping_seconds
+from measure import THREADS, Result, ping_seconds, recorded_seconds
 
 GOALS = {2: 4.0, 4: 2.0}
 """Times real time on two cores, both sides, by the most bounces of a leg."""
@@ -15,6 +15,8 @@ ELEMENTS_GOAL = 1.0
 """The same for 32 recorded elements, one side."""
 WARM, PINGS = 6, 24
 """Pings simulated before the clock starts, and timed, by all threads."""
+RECORDED = 8
+"""Pings of the recording re those timed."""
 
 
 def sidescan(order: int) -> Scenario:
@@ -49,9 +51,11 @@ def changed() -> list[Result]:
 def _measured(name: str, scenario: Scenario, goal: float) -> list[Result]:
     simulator = build_simulator(scenario)
     wall, cores = ping_seconds(simulator, WARM, PINGS)
+    written = recorded_seconds(scenario, RECORDED * PINGS)
     blocks = [block for here in simulator.ping_geometries(WARM) for block in simulator.engine.blocks(here)]
     return [
         Result(f"{name}, {THREADS} threads", WINDOW / wall, "x real time", f"goal {goal:g}"),
+        Result(f"{name}, recorded by {THREADS} processes", WINDOW / written, "x real time", f"goal {goal:g}"),
         Result(f"{name}, processor time", 1e3 * cores, "ms", f"goal {2e3 * WINDOW / goal:.0f}"),
         Result(f"{name}, scatterers", sum(len(block()) for block in blocks) / 1e3, "k", ""),
     ]

@@ -3,12 +3,15 @@
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
-from insonify.simulator import Simulator, simulate_pings
+from insonify.scenario.scenario import Scenario
+from insonify.simulator import Simulator, record, simulate_pings
 
 THREADS = 2
 """Threads that simulate pings."""
@@ -121,3 +124,18 @@ def ping_seconds(simulator: Simulator, warm: int, timed: int) -> tuple[float, fl
         found.append(((time.perf_counter() - wall) / timed, (time.process_time() - cores) / timed))
     walls, cores_of = zip(*found, strict=True)
     return min(walls), min(cores_of)
+
+
+def recorded_seconds(scenario: Scenario, pings: int) -> float:
+    """Wall seconds of one ping of a recording on disk in progress, behind its first quarter.
+
+    Args:
+        scenario: The scenario.
+        pings: Pings that are recorded.
+    """
+    pings = 1 if SMOKE else pings
+    times = list[float]()
+    with tempfile.TemporaryDirectory() as folder:
+        record(scenario, Path(folder) / "part.zarr", pings=range(pings), threads=THREADS,
+               on_ping=lambda *_: times.append(time.perf_counter()))  # fmt: skip
+    return (times[-1] - times[pings // 4]) / (pings - pings // 4)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
+from itertools import chain
 from operator import iadd
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -21,6 +22,7 @@ from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_reverberation
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
+from insonify.forked_workers import can_fork, forked_results
 from insonify.machine_memory import warn_of_memory
 from insonify.malloc_tuning import keep_freed_memory
 from insonify.part import Part
@@ -62,6 +64,7 @@ from insonify.thread_count import thread_count
 if TYPE_CHECKING:
     import xarray as xr
 
+    from insonify.formats.recording_writer import RecordingWriter
     from insonify.processing.recorded_lines import RecordedLines
 
 MAX_CONCURRENT_PING_BYTES = 64 << 20
@@ -293,12 +296,33 @@ def record(
     missing, count = writer.missing(writer.of_part(part, requested))
     done, report = count - len(missing), on_ping or (lambda *_: None)
     report(done, count)
-    jobs = simulate_jobs(simulator, [Job(*request) for request in missing], threads)
-    for number, (job, series, labelling) in enumerate(jobs, done + 1):
-        writer.write(job.ping, series, cast(Labels | None, labelling))
+    jobs = [Job(*request) for request in missing]
+    for number, _ in enumerate(_recorded_jobs(simulator, writer, jobs, threads), done + 1):
         report(number, count)
     writer.finish()
     return writer.location
+
+
+def _recorded_jobs(
+    simulator: Simulator, writer: RecordingWriter, jobs: list[Job], threads: int | None
+) -> Iterator[Job]:  # fmt: skip
+    """Simulate and write some pings, in worker processes where many are small; jobs as they are done."""
+    workers = thread_count(threads)
+    if not (writer.accepts_any_order and simulates_in_processes(simulator, len(jobs), workers)):
+        for job, series, labelling in simulate_jobs(simulator, jobs, threads):
+            writer.write(job.ping, series, cast(Labels | None, labelling))
+            yield job
+        return
+
+    def write_loose(job: Job) -> None:
+        series, labelling = _simulate_ping(simulator, job, SerialPool())
+        writer.write_loose(job.ping, series, cast(Labels | None, labelling))
+
+    keep_freed_memory()
+    write_loose(jobs[0])  # compiles kernels and prepares what all pings have in common, once for all workers
+    for job in chain(jobs[:1], (job for job, _ in forked_results(write_loose, jobs[1:], workers))):
+        writer.pack_completed(job.ping)
+        yield job
 
 
 SeriesAndLabels = tuple[NDArray[np.generic] | None, MaskLabels | None]
@@ -338,7 +362,7 @@ def simulate_jobs(
         yield from ((job, *_simulate_ping(simulator, job, SerialPool())) for job in jobs)
         return
     with ThreadPoolExecutor(workers) as pool:
-        if len(jobs) < 2 * workers or not _pings_fit_concurrently(simulator, jobs[0].ping):
+        if not _are_many_and_small(simulator, len(jobs), workers):
             yield from ((job, *_simulate_ping(simulator, job, pool)) for job in jobs)
             return
         submitted: deque[tuple[Job, Future[SeriesAndLabels]]] = deque()
@@ -365,11 +389,27 @@ def _simulate_ping(simulator: Simulator, job: Job, pool: WorkerPool) -> SeriesAn
     return record_ping(simulator, sides, pool, seabeds) if job.with_series else None, labelling
 
 
-def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
+def simulates_in_processes(simulator: Simulator, pings: int, workers: int) -> bool:
+    """Return True where `record` simulates pings in worker processes, of which each has caches of its own.
+
+    Args:
+        simulator: A prepared scenario.
+        pings: Number of pings to simulate.
+        workers: Number of workers.
+    """
+    return workers > 1 and can_fork() and _are_many_and_small(simulator, pings, workers)
+
+
+def _are_many_and_small(simulator: Simulator, pings: int, workers: int) -> bool:
+    """True: there are pings enough for one on each thread, and they are small enough."""
+    return pings >= 2 * workers and _pings_fit_concurrently(simulator)
+
+
+def _pings_fit_concurrently(simulator: Simulator) -> bool:
     """True: pings are so fast that sharing one among threads does not pay, or small enough for one on each thread."""
     if simulator.tracer is not None:
         return False
-    sides = simulator.ping_geometries(ping)
+    sides = simulator.ping_geometries(0)
     if simulator.scenario.field == "coherent":
         return all(simulator.coherent_accumulator(side).empty().nbytes <= MAX_CONCURRENT_PING_BYTES for side in sides)
     return all(simulator.incoherent_accumulator(s).is_short_pulse and simulator.fast_reverberation(s) for s in sides)

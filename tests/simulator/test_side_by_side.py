@@ -1,13 +1,19 @@
 """A survey of quick pings, several at a time: the same as one after the other, in order, and safe to break off."""
 
+import os
+import signal
 import threading
+from multiprocessing import active_children
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from insonify import simulator as simulator_module
+from insonify.forked_workers import ITEMS_AHEAD, WorkerProcessError, can_fork
+from insonify.formats.label_store import open_labels
 from insonify.formats.zarr_store import open_recording, recorded_pings
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import QUEUED_PINGS, Simulator, build_simulator, record, simulate, simulate_pings
@@ -46,7 +52,7 @@ def test_any_number_of_threads_gives_the_same_bits(field: str) -> None:
     """One, two, five and sixteen threads, together and ping by ping, forwards and backwards: not one bit differs."""
     simulator = build_simulator(survey(field=field))
     pings = list(range(8))
-    assert simulator_module._pings_fit_concurrently(simulator, 0)
+    assert simulator_module._pings_fit_concurrently(simulator)
     first = dict(simulate_pings(simulator, pings, 1))
     assert list(first) == pings
     for order, threads in ((pings, 2), (pings[::-1], 5), (pings, 16), ([7], 1), ([3, 3, 6, 0], 2)):
@@ -90,9 +96,14 @@ def test_a_ping_that_fails_stops_the_survey_at_its_place(monkeypatch: pytest.Mon
     assert max(begun) <= 4 + 2 + QUEUED_PINGS
 
 
-def test_a_survey_broken_off_goes_on_with_the_same_bits(tmp_path: Path) -> None:
-    """Stopped when five pings were given: five are there, and no more; the rest follows, and all is as in one go."""
+@pytest.mark.parametrize("forked", [True, False])
+def test_a_survey_broken_off_goes_on_with_the_same_bits(
+    forked: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Stopped when five pings were given: five are there, or a few more of processes; the rest gives the same bits."""
     path, progress = tmp_path / "line.zarr", []
+    if not forked:
+        monkeypatch.setattr(simulator_module, "can_fork", lambda: False)
 
     def stop(done: int, total: int) -> None:
         assert total == PINGS
@@ -101,8 +112,56 @@ def test_a_survey_broken_off_goes_on_with_the_same_bits(tmp_path: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         record(survey(), path, threads=3, on_ping=stop)
-    np.testing.assert_array_equal(np.flatnonzero(recorded_pings(path)), range(5))
+    there = np.flatnonzero(recorded_pings(path))
+    if forked:
+        assert 5 <= len(there) <= 5 + 3 * ITEMS_AHEAD
+    else:
+        np.testing.assert_array_equal(there, range(5))
     record(survey(), path, threads=2, on_ping=lambda *n: progress.append(n))
-    assert progress == [(n, PINGS) for n in range(5, PINGS + 1)]
+    assert progress == [(n, PINGS) for n in range(len(there), PINGS + 1)]
     np.testing.assert_array_equal(open_recording(path).intensity.values, simulate(survey(), threads=1).intensity)
     assert not any(thread.name.startswith("ThreadPoolExecutor") for thread in threading.enumerate())
+    assert not active_children()
+
+
+@pytest.mark.skipif(not can_fork(), reason="worker processes are forked on Linux alone")
+@pytest.mark.parametrize("field", ["incoherent", "coherent"])
+def test_processes_record_what_threads_do(field: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pings and labels written by three processes are those of two threads and of one, bit for bit."""
+    written, simulated = set[int](), simulator_module._simulate_ping
+
+    def noted(simulator: Simulator, job: simulator_module.Job, pool: Any) -> Any:
+        written.add(job.ping)
+        return simulated(simulator, job, pool)
+
+    monkeypatch.setattr(simulator_module, "_simulate_ping", noted)
+    found = []
+    for threads, forks in ((3, True), (2, False), (1, True)):
+        monkeypatch.setattr(simulator_module, "can_fork", lambda forks=forks: forks)
+        written.clear()
+        path = tmp_path / f"{threads}.zarr"
+        record(survey(field=field), path, threads=threads, with_labels=True)
+        assert len(written) == (1 if threads == 3 else PINGS)  # the first ping alone is simulated in this process
+        found.append((open_recording(path).load(), open_labels(path).load()))
+    for recording, labels in found[1:]:
+        xr.testing.assert_identical(recording.drop_attrs(), found[0][0].drop_attrs())
+        xr.testing.assert_identical(labels.drop_attrs(), found[0][1].drop_attrs())
+
+
+@pytest.mark.skipif(not can_fork(), reason="worker processes are forked on Linux alone")
+def test_a_killed_worker_costs_its_pings_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The system kills a worker for its memory: the message says so, and the same command completes the recording."""
+    path, here, received = tmp_path / "line.zarr", os.getpid(), simulator_module.record_ping
+
+    def killed(simulator: Simulator, sides: list[PingGeometry], pool: Any) -> Any:
+        if os.getpid() != here and sides[0].ping == 8:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return received(simulator, sides, pool)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(simulator_module, "record_ping", killed)
+        with pytest.raises(WorkerProcessError, match=r"exit code -9.*memory.*fewer --threads"):
+            record(survey(), path, threads=2)
+    assert 0 < recorded_pings(path).sum() < PINGS
+    record(survey(), path, threads=2)
+    np.testing.assert_array_equal(open_recording(path).intensity.values, simulate(survey(), threads=1).intensity)

@@ -102,7 +102,7 @@ def _verdict(error: Exception) -> int:
         return _report(shortened(str(error)), WRONG_INPUT)
     if os.environ.get("INSONIFY_TRACEBACK"):
         raise error
-    if type(error).__name__ in ("WriteError", "ClusterError"):
+    if type(error).__name__ in ("WriteError", "ClusterError", "WorkerProcessError"):
         return _report(str(error), FAILED)
     hint = "set INSONIFY_TRACEBACK=1 for the details"
     return _report(f"the run failed: {type(error).__name__}: {error} ({hint})", FAILED)

@@ -20,7 +20,7 @@ from insonify.machine_memory import installed_memory
 from insonify.records.labels import COLUMNS
 from insonify.scenario.scenario import Scenario
 from insonify.scene.solid import world_triangles
-from insonify.simulator import Simulator, build_simulator
+from insonify.simulator import Simulator, build_simulator, simulates_in_processes
 from insonify.synthesis.direction_grid import direction_grid
 from insonify.synthesis.time_grid import OVERSAMPLING
 from insonify.thread_count import thread_count
@@ -124,19 +124,19 @@ def size_refusal(cost: RunCost, memory: float | None = None) -> str:
         f"this needs about {_size(cost.memory)} of memory, and the machine has {_size(installed)}. One ping has about "
         f"{_rounded(cost.scatterers)} scatterers: shorten track.window, take a longer pulse or a wider beam, raise "
         "paths.beam_cutoff_db, or lower paths.scatterers_per_cell, the receiver's band or sub_bands, the number of "
-        "beams or elements, or write track.stop_and_hop: true"
+        "beams or elements, or write track.stop_and_hop: true, or give fewer --threads"
     )
 
 
 def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: int) -> float:
-    """Largest resident set of a run [bytes]."""
+    """Largest memory of a run, all its processes [bytes]."""
     scenario, grid = simulator.scenario, simulator.grid
     sides = simulator.ping_geometries(0)
     wide = 2 * OVERSAMPLING * grid.padded_samples * 8 + grid.sample_count * 8  # of either reading, one channel
     shapes = max(waveform_count(side) for side in sides)
     beams, rows = scenario.sonar.beam_count, _direction_rows(simulator)
     held = max(beams, rows) * wide * shapes
-    total = unit_costs.BYTES_OF_PROGRAM + (parts_of(int(held)) + 6 / shapes) * held
+    total = (parts_of(int(held)) + 6 / shapes) * held
     total += (beams + rows) * grid.padded_samples * 16 * bool(rows and sides[0].sub_bands)  # their spectra
     total += unit_costs.BYTES_PER_TILE * work.tiles / len(sides)
     total += scenario.track.ping_count * 8 * 30 + scenario.sonar.channel_count * grid.sample_count * 16
@@ -148,14 +148,16 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
     block = min(work.points / threads, SCATTERERS_PER_BLOCK)
     block *= bytes_per_point(simulator.engine.scene, scenario.paths, "seabed", drawn=True)
     block = min(block, BYTES_AT_ONCE)
-    total += (threads - 1) * block + max(block, work.facet_block)
+    total += max(block, work.facet_block)
     if labelled:
         names = simulator.label_names
         total += scenario.sonar.channel_count * grid.sample_count * 8 * 6 * (len(names.objects) + 2 * len(names.pairs))
         label_sums = simulator.label_accumulator(sides[0])
         if label_sums.directions is not None:  # of seabed and targets, about half filled
             total += label_sums.empty().nbytes
-    return total
+    if simulates_in_processes(simulator, scenario.track.ping_count, threads):
+        return unit_costs.BYTES_OF_PROGRAM + (threads + 1) * total  # of each, and of the first ping before they start
+    return unit_costs.BYTES_OF_PROGRAM + total + (threads - 1) * block
 
 
 def _disk_of(simulator: Simulator, labelled: bool) -> float:

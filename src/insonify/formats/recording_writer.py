@@ -57,6 +57,11 @@ class RecordingWriter:
         share = None if part is None else zarr_store.pings_of_part(self.path, part)
         return [ping for ping in pings if share is None or ping in share]
 
+    @property
+    def accepts_any_order(self) -> bool:
+        """True where copies of this process may write pings too, in any order."""
+        return self._lines is None
+
     def missing(self, pings: list[int]) -> tuple[list[tuple[int, bool, bool]], int]:
         """Missing results of some pings: number, sound, labels; and the number of all pings that this concerns.
 
@@ -92,21 +97,32 @@ class RecordingWriter:
             series: Its pressure [uPa] or intensity [uPa^2], shape (channels, samples); None: it is there.
             labels: Its labels; None: they are there, or not written.
         """
-        with writing(self.path, self._identity):
-            self._write(ping, series, labels)
+        self.write_loose(ping, series, labels)
+        self.pack_completed(ping)
+
+    def pack_completed(self, ping: int) -> None:
+        """Pack the shard of a ping that was written, by this process or a copy of it, if it was the last."""
         shard = ping // self._per_shard
         self._left[shard] -= 1
         if not self._left[shard]:
             self.pack([shard])
 
-    def _write(self, ping: int, series: NDArray[np.generic] | None, labels: Labels | None) -> None:
-        if labels is not None:  # first: a ping whose sound is there is whole
-            label_store.write_label_ping(self.path, ping, labels, into=self._identity)
-        if series is not None:
-            write_line = partial(zarr_store.write_line, self.path, into=self._identity)
-            complete = {ping: series} if self._lines is None else self._lines.add(ping, series, write_line)
-            for number, one in complete.items():
-                zarr_store.write_ping(self.path, number, one, into=self._identity)
+    def write_loose(self, ping: int, series: NDArray[np.generic] | None, labels: Labels | None) -> None:
+        """Write one ping, and leave it loose.
+
+        Args:
+            ping: Number of the ping.
+            series: Its pressure [uPa] or intensity [uPa^2], shape (channels, samples); None: it is there.
+            labels: Its labels; None: they are there, or not written.
+        """
+        with writing(self.path, self._identity):
+            if labels is not None:  # first: a ping whose sound is there is whole
+                label_store.write_label_ping(self.path, ping, labels, into=self._identity)
+            if series is not None:
+                write_line = partial(zarr_store.write_line, self.path, into=self._identity)
+                complete = {ping: series} if self._lines is None else self._lines.add(ping, series, write_line)
+                for number, one in complete.items():
+                    zarr_store.write_ping(self.path, number, one, into=self._identity)
 
     def pack(self, shards: list[int] | None = None) -> None:
         """Pack shards of which all pings are there, of any writer; None: all such shards."""

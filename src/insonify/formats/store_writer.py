@@ -129,6 +129,11 @@ class StoreWriter(RecordingWriter):
         self._shards = {ping // self._per_shard for ping in pings}
         return pings
 
+    @property
+    def accepts_any_order(self) -> bool:
+        """False: a connection to a store cannot be copied to another process."""
+        return False
+
     def masks(self, pings: list[int]) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
         """Masks of `RecordingWriter.masks`, true of pings in the store too."""
         recorded, lines, whole = super().masks(pings)
