@@ -12,8 +12,8 @@ from bench_live import FORWARD_LOOKING
 from bench_sidescan import SCENE as NOMINAL
 from bench_sidescan import loaded
 from bench_wide import imaging
+from insonify.recording_run import record
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import record
 from measure import Result
 
 SIDESCAN = """

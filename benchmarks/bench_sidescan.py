@@ -4,9 +4,10 @@ import tempfile
 import time
 from pathlib import Path
 
+from insonify.recording_run import record
 from insonify.scenario.load import load_scenario
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import build_simulator, record
+from insonify.simulator import build_simulator
 from measure import THREADS, Result, ping_seconds
 
 WINDOW = 0.267

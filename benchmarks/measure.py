@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from insonify.recording_run import record
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import Simulator, record, simulate_pings
+from insonify.simulator import Simulator, simulate_pings
 
 THREADS = 2
 """Threads that simulate pings."""

@@ -19,10 +19,10 @@ from insonify.cli.app import main
 from insonify.formats.netcdf_file import read_netcdf
 from insonify.formats.zarr_store import StoreError
 from insonify.ocean.profile_file import read_profile
+from insonify.recording_run import record
 from insonify.scattering import TableScatteringLaw
 from insonify.scene.mesh_file import MeshError, mesh_triangles
 from insonify.scene.terrain.bathymetry_file import GridError, read_grid
-from insonify.simulator import record
 from insonify.sonar.navigation_file import read_navigation
 from oracles import damage
 

@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from insonify.formats.zarr_store import open_recording as open_recording
     from insonify.propagation.path_settings import PathSettings as PathSettings
     from insonify.real_time.live_sonar import live as live
+    from insonify.recording_run import record as record
     from insonify.scenario.load import load_scenario as load_scenario
     from insonify.scenario.scenario import Scenario as Scenario
     from insonify.simulator import arrivals as arrivals
     from insonify.simulator import labels as labels
     from insonify.simulator import levels as levels
-    from insonify.simulator import record as record
     from insonify.simulator import simulate as simulate
     from insonify.writers.export import export as export
 
@@ -36,7 +36,7 @@ _HOMES = {
     "arrivals": "insonify.simulator",
     "labels": "insonify.simulator",
     "levels": "insonify.simulator",
-    "record": "insonify.simulator",
+    "record": "insonify.recording_run",
     "PathSettings": "insonify.propagation.path_settings",
     "live": "insonify.real_time.live_sonar",
     "open_recording": "insonify.formats.zarr_store",

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
-from itertools import chain
 from operator import iadd
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
@@ -22,10 +20,8 @@ from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_reverberation
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
-from insonify.forked_workers import can_fork, forked_results
 from insonify.machine_memory import warn_of_memory
 from insonify.malloc_tuning import keep_freed_memory
-from insonify.part import Part
 from insonify.propagation.families import families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model_choice import propagation_model_for
@@ -64,7 +60,6 @@ from insonify.thread_count import thread_count
 if TYPE_CHECKING:
     import xarray as xr
 
-    from insonify.formats.recording_writer import RecordingWriter
     from insonify.processing.recorded_lines import RecordedLines
 
 MAX_CONCURRENT_PING_BYTES = 64 << 20
@@ -262,69 +257,6 @@ def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, th
     )
 
 
-def record(
-    scenario: Scenario, path: str | Path, *, pings: int | Iterable[int] | None = None, threads: int | None = None,
-    overwrite: bool = False, on_ping: Callable[[int, int], None] | None = None, with_labels: bool | None = None,
-    part: Part | None = None,
-) -> str | Path:  # fmt: skip
-    """Simulate to disk, ping by ping; an interrupted run resumes.
-
-    Args:
-        scenario: The scenario.
-        path: Folder of the recording, or its URL in an object store, such as "s3://bucket/harbour.zarr".
-        pings: Numbers of the pings; all by default.
-        threads: Number of threads; all cores by default.
-        overwrite: True: replace another recording at that path.
-        on_ping: Called with the numbers of pings done and of all pings, before the first and after each.
-        with_labels: True: store labels beside the pressures; None: by the scenario's `output`.
-        part: Part of the job whose pings are simulated, such as `Part(3, 64)`; others do the others. All by default.
-
-    Returns:
-        The path.
-    """
-    from insonify.formats.store_writer import writer_class
-
-    requested = selected_pings(scenario, pings)
-    simulator = build_simulator(scenario)
-    lines = simulator.recorded_lines()
-    layout = recording_layout(scenario, simulator.platforms, simulator.grid.time, lines)
-    labelled = scenario.output.labels if with_labels is None else with_labels
-    writer = writer_class(path)(
-        path, layout, attributes(scenario), lines=lines, overwrite=overwrite,
-        label_names=simulator.label_names if labelled else None,
-    )  # fmt: skip
-    missing, count = writer.missing(writer.of_part(part, requested))
-    done, report = count - len(missing), on_ping or (lambda *_: None)
-    report(done, count)
-    jobs = [Job(*request) for request in missing]
-    for number, _ in enumerate(_recorded_jobs(simulator, writer, jobs, threads), done + 1):
-        report(number, count)
-    writer.finish()
-    return writer.location
-
-
-def _recorded_jobs(
-    simulator: Simulator, writer: RecordingWriter, jobs: list[Job], threads: int | None
-) -> Iterator[Job]:  # fmt: skip
-    """Simulate and write some pings, in worker processes where many are small; jobs as they are done."""
-    workers = thread_count(threads)
-    if not (writer.accepts_any_order and simulates_in_processes(simulator, len(jobs), workers)):
-        for job, series, labelling in simulate_jobs(simulator, jobs, threads):
-            writer.write(job.ping, series, cast(Labels | None, labelling))
-            yield job
-        return
-
-    def write_loose(job: Job) -> None:
-        series, labelling = _simulate_ping(simulator, job, SerialPool())
-        writer.write_loose(job.ping, series, cast(Labels | None, labelling))
-
-    keep_freed_memory()
-    write_loose(jobs[0])  # compiles kernels and prepares what all pings have in common, once for all workers
-    for job in chain(jobs[:1], (job for job, _ in forked_results(write_loose, jobs[1:], workers))):
-        writer.pack_completed(job.ping)
-        yield job
-
-
 SeriesAndLabels = tuple[NDArray[np.generic] | None, MaskLabels | None]
 
 
@@ -359,16 +291,16 @@ def simulate_jobs(
     workers = thread_count(threads)
     keep_freed_memory()
     if workers == 1:
-        yield from ((job, *_simulate_ping(simulator, job, SerialPool())) for job in jobs)
+        yield from ((job, *simulate_job(simulator, job, SerialPool())) for job in jobs)
         return
     with ThreadPoolExecutor(workers) as pool:
-        if not _are_many_and_small(simulator, len(jobs), workers):
-            yield from ((job, *_simulate_ping(simulator, job, pool)) for job in jobs)
+        if not are_many_and_small(simulator, len(jobs), workers):
+            yield from ((job, *simulate_job(simulator, job, pool)) for job in jobs)
             return
         submitted: deque[tuple[Job, Future[SeriesAndLabels]]] = deque()
         try:
             for job in jobs:
-                submitted.append((job, pool.submit(_simulate_ping, simulator, job, SerialPool())))
+                submitted.append((job, pool.submit(simulate_job, simulator, job, SerialPool())))
                 if len(submitted) == workers + QUEUED_PINGS:
                     finished, result = submitted.popleft()
                     yield (finished, *result.result())
@@ -380,7 +312,7 @@ def simulate_jobs(
                 result.cancel()
 
 
-def _simulate_ping(simulator: Simulator, job: Job, pool: WorkerPool) -> SeriesAndLabels:
+def simulate_job(simulator: Simulator, job: Job, pool: WorkerPool) -> SeriesAndLabels:
     """Series and labels of one ping, as far as the job includes them; terrain occlusion is evaluated once for both."""
     sides = simulator.ping_geometries(job.ping)
     if not job.with_labels:
@@ -389,19 +321,14 @@ def _simulate_ping(simulator: Simulator, job: Job, pool: WorkerPool) -> SeriesAn
     return record_ping(simulator, sides, pool, seabeds) if job.with_series else None, labelling
 
 
-def simulates_in_processes(simulator: Simulator, pings: int, workers: int) -> bool:
-    """Return True where `record` simulates pings in worker processes, of which each has caches of its own.
+def are_many_and_small(simulator: Simulator, pings: int, workers: int) -> bool:
+    """Return True where pings are simulated one on each worker: there are enough, and they are small enough.
 
     Args:
         simulator: A prepared scenario.
         pings: Number of pings to simulate.
         workers: Number of workers.
     """
-    return workers > 1 and can_fork() and _are_many_and_small(simulator, pings, workers)
-
-
-def _are_many_and_small(simulator: Simulator, pings: int, workers: int) -> bool:
-    """True: there are pings enough for one on each thread, and they are small enough."""
     return pings >= 2 * workers and _pings_fit_concurrently(simulator)
 
 

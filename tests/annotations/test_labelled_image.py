@@ -15,7 +15,7 @@ from insonify.annotations.mosaic import _elected
 from insonify.annotations.waterfalls import line_spans
 from insonify.formats.store_description import StoreError
 from insonify.processing.gain import tvg_db
-from insonify.simulator import record
+from insonify.recording_run import record
 from oracles.labelled import labelled_image
 from oracles.surveys import sidescan
 

@@ -11,7 +11,7 @@ from insonify.annotations import labelled_images
 from insonify.annotations.annotation import annotations
 from insonify.formats.label_store import open_labels
 from insonify.formats.store_description import StoreError
-from insonify.simulator import record
+from insonify.recording_run import record
 from oracles.surveys import MOTION, UTM, plane, sidescan
 
 HIGHLIGHT, SHADOW, GHOST = range(3)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from insonify import simulator
 from insonify.cli import compile_progress, main
+from insonify.recording_run import record
 from insonify.scenario import platform_poses
 from insonify.scenario.load import load_scenario
 
@@ -56,7 +56,7 @@ def test_a_picture_of_a_survey_loads_no_compiler(tmp_path):
         warnings.simplefilter("ignore")
         less = {"targets": (), "track.pings": 3, "track.window": ["0 ms", "20 ms"]}
         scenario = load_scenario(HARBOUR).with_(less | {"seabed.relief": [{"kind": "ripples", "wavelength": 1.5}]})
-    out = simulator.record(scenario, tmp_path / "survey.zarr")
+    out = record(scenario, tmp_path / "survey.zarr")
     assert not loaded("show", str(out), "-o", str(tmp_path / "survey.png")) & {"numba"}
     assert (tmp_path / "survey.png").stat().st_size > 0
 

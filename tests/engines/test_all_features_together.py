@@ -7,8 +7,9 @@ import insonify
 from insonify.engines import eigenray_engine
 from insonify.formats import zarr_store
 from insonify.propagation.image_sources import StraightRays
+from insonify.recording_run import record
 from insonify.records.legs import LegStatus
-from insonify.simulator import build_simulator, record
+from insonify.simulator import build_simulator
 from oracles.harbour import ALMOST_EVEN, THERMOCLINE, quiet_harbour
 
 LAYERED = {"profile": THERMOCLINE}

@@ -13,8 +13,8 @@ from insonify import simulate
 from insonify.estimates.run_cost import SHARE, RunCost, estimate_cost, size_refusal
 from insonify.explanation.sample_report import TERMS, SampleArrivals, explain_sample
 from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.recording_run import record
 from insonify.scenario.write import to_yaml
-from insonify.simulator import record
 from oracles.scenes import nominal, point
 
 SIZES = {"kB": 1e3, "MB": 1e6, "GB": 1e9, "TB": 1e12}

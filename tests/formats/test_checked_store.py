@@ -13,8 +13,8 @@ from insonify.cli import main
 from insonify.formats import shards
 from insonify.formats.label_store import open_labels
 from insonify.formats.zarr_store import StoreError, open_recording
+from insonify.recording_run import record
 from insonify.scenario.write import to_yaml
-from insonify.simulator import record
 from oracles.scenes import nominal, point
 
 PINGS = 70

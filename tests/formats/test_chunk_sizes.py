@@ -17,7 +17,7 @@ from insonify.formats.chunk_sizes import HEAD, require_declared_size
 from insonify.formats.label_store import open_labels
 from insonify.formats.zarr_store import StoreError, open_recording, recorded_pings
 from insonify.paper.nominal_scenario import nominal
-from insonify.simulator import record
+from insonify.recording_run import record
 
 LARGE = 10 << 30
 

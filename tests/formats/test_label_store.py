@@ -10,8 +10,9 @@ from insonify.formats import label_store
 from insonify.formats.label_store import MANTISSA_BITS, labelled_pings, open_labels
 from insonify.formats.zarr_store import StoreError, identity, open_recording
 from insonify.plotting import labels as draw
+from insonify.recording_run import record
 from insonify.records.labels import COLUMNS
-from insonify.simulator import build_simulator, label_ping, labels, record
+from insonify.simulator import build_simulator, label_ping, labels
 from oracles.scenes import nominal
 
 PINGS = 3

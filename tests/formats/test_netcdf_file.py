@@ -13,7 +13,7 @@ from insonify.formats.netcdf_file import read_netcdf, write_netcdf
 from insonify.formats.zarr_store import StoreError, open_recording
 from insonify.plotting import recording as drawn
 from insonify.processing import multibeam_soundings
-from insonify.simulator import record
+from insonify.recording_run import record
 from oracles.arrays import elements_scenario
 from oracles.scenes import nominal, point
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from insonify.formats.zarr_store import create_recording, open_recording, write_ping
+from insonify.recording_run import record
 from insonify.records.recording import COLUMNS, OPTIONAL_COLUMNS, RecordingLayout
-from insonify.simulator import record, simulate
+from insonify.simulator import simulate
 from oracles.scenes import nominal, point
 
 SAME = {"scenario": "title: here", "seed": 1, "version": "0"}

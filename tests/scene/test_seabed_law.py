@@ -7,12 +7,12 @@ import pytest
 
 import insonify
 from insonify.formats.zarr_store import open_recording
+from insonify.recording_run import record
 from insonify.scattering import Jackson, Sediment, SedimentVolume, TableScatteringLaw, compile_law
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scenario.citations import citations
 from insonify.scenario.diagnostic import ScenarioError
 from insonify.scene.seabed import Seabed
-from insonify.simulator import record
 
 TABLE = "grazing_deg, strength_db\n2, -45\n10, -32\n30, -25\n90, -12\n"
 SCENE = """

@@ -12,11 +12,12 @@ from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.hull_reflection import rectangle_factor
 from insonify.propagation.surface_water import surface_water
 from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
+from insonify.recording_run import record
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scattering.roughness import roughness_spectrum
 from insonify.scattering.sediments import Sediment
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import arrivals, build_simulator, labels, levels, record, simulate
+from insonify.simulator import arrivals, build_simulator, labels, levels, simulate
 from insonify.sonar.hull import HullPlate
 from insonify.sonar.pulse import envelope
 from oracles.scenes import nominal

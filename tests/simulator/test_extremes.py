@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from insonify.formats import zarr_store
+from insonify.recording_run import record
 from insonify.scenario.attributes import attributes
 from insonify.scenario.load import parse_model
 from insonify.scenario.recording_layout import recording_layout
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
-from insonify.simulator import build_simulator, record, simulate
+from insonify.simulator import build_simulator, simulate
 from oracles.scenes import nominal
 
 

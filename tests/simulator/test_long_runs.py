@@ -15,8 +15,9 @@ from insonify.cli import main
 from insonify.formats import shards
 from insonify.formats.store_description import WriteError
 from insonify.formats.zarr_store import open_recording, recorded_pings
+from insonify.recording_run import record
 from insonify.scenario.write import to_yaml
-from insonify.simulator import record, simulate
+from insonify.simulator import simulate
 from oracles.scenes import nominal, point
 
 PINGS = 12
@@ -142,7 +143,7 @@ def test_simulate_warns_before_memory_is_full(monkeypatch: pytest.MonkeyPatch) -
 PEAK = """
 import resource, sys
 from insonify import load_scenario
-from insonify.simulator import record
+from insonify.recording_run import record
 peaks = {{}}
 def take(done, count):
     peaks[done] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -13,8 +13,9 @@ from insonify.formats.label_store import open_labels
 from insonify.formats.object_store import CLAIM
 from insonify.formats.zarr_store import open_recording
 from insonify.part import Part
+from insonify.recording_run import record
 from insonify.scenario.write import to_yaml
-from insonify.simulator import record, simulate
+from insonify.simulator import simulate
 from oracles.scenes import nominal
 
 LOOKS = {"keep": "both", "full_scale_db": 150, "stages": [{"kind": "looks", "samples": 4, "pings": 2}]}

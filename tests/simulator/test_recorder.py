@@ -8,9 +8,9 @@ from insonify import load_scenario, plotting, simulate
 from insonify.formats.netcdf_file import read_netcdf, write_netcdf
 from insonify.formats.zarr_store import open_recording
 from insonify.processing import record_series, sidescan
+from insonify.recording_run import record
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import record
 from oracles.scenes import nominal
 
 STAGES = [

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from insonify import recording_run
 from insonify import simulator as simulator_module
 from insonify.forked_workers import ITEMS_AHEAD, WorkerProcessError, can_fork
 from insonify.formats.label_store import open_labels
 from insonify.formats.zarr_store import open_recording, recorded_pings
+from insonify.recording_run import record
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import QUEUED_PINGS, Simulator, build_simulator, record, simulate, simulate_pings
+from insonify.simulator import QUEUED_PINGS, Simulator, build_simulator, simulate, simulate_pings
 from insonify.sonar.ping_geometry import PingGeometry
 
 PINGS = 12
@@ -103,7 +105,7 @@ def test_a_survey_broken_off_goes_on_with_the_same_bits(
     """Stopped when five pings were given: five are there, or a few more of processes; the rest gives the same bits."""
     path, progress = tmp_path / "line.zarr", []
     if not forked:
-        monkeypatch.setattr(simulator_module, "can_fork", lambda: False)
+        monkeypatch.setattr(recording_run, "can_fork", lambda: False)
 
     def stop(done: int, total: int) -> None:
         assert total == PINGS
@@ -128,16 +130,17 @@ def test_a_survey_broken_off_goes_on_with_the_same_bits(
 @pytest.mark.parametrize("field", ["incoherent", "coherent"])
 def test_processes_record_what_threads_do(field: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pings and labels written by three processes are those of two threads and of one, bit for bit."""
-    written, simulated = set[int](), simulator_module._simulate_ping
+    written, simulated = set[int](), simulator_module.simulate_job
 
     def noted(simulator: Simulator, job: simulator_module.Job, pool: Any) -> Any:
         written.add(job.ping)
         return simulated(simulator, job, pool)
 
-    monkeypatch.setattr(simulator_module, "_simulate_ping", noted)
+    monkeypatch.setattr(recording_run, "simulate_job", noted)
+    monkeypatch.setattr(simulator_module, "simulate_job", noted)
     found = []
     for threads, forks in ((3, True), (2, False), (1, True)):
-        monkeypatch.setattr(simulator_module, "can_fork", lambda forks=forks: forks)
+        monkeypatch.setattr(recording_run, "can_fork", lambda forks=forks: forks)
         written.clear()
         path = tmp_path / f"{threads}.zarr"
         record(survey(field=field), path, threads=threads, with_labels=True)

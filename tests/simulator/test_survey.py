@@ -8,8 +8,9 @@ import xarray as xr
 
 from insonify.formats.zarr_store import open_recording, recorded_pings, write_ping
 from insonify.frames import pose_rotation
+from insonify.recording_run import record
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import arrivals, build_simulator, record, simulate
+from insonify.simulator import arrivals, build_simulator, simulate
 from oracles.scenes import nominal, point
 
 SPEED, EVERY, PINGS = 2.0, 0.5, 8
@@ -157,7 +158,7 @@ def broken_off(scenario: Scenario, path: Path, after: int) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        record(scenario, path, on_ping=die)
+        record(scenario, path, threads=2, on_ping=die)
 
 
 def assert_same(stored: xr.Dataset, held: xr.Dataset) -> None:
@@ -169,13 +170,17 @@ def assert_same(stored: xr.Dataset, held: xr.Dataset) -> None:
 
 
 def test_a_run_that_was_interrupted_ends_with_the_same_bits(tmp_path: Path) -> None:
-    """Stopped after three pings and gone on with: the bits of a run in one go, noise included, and no ping twice."""
+    """Stopped after three pings and gone on with: the bits of a run in one go, noise included, and no ping twice.
+
+    Worker processes may have written a few more by then.
+    """
     scenario = survey(water={"noise_level_db": 60.0})
     broken_off(scenario, tmp_path / "line.zarr", 3)
-    assert recorded_pings(tmp_path / "line.zarr").sum() == 3
+    there = int(recorded_pings(tmp_path / "line.zarr").sum())
+    assert 3 <= there < PINGS
     progress: list[tuple[int, int]] = []
     record(scenario, tmp_path / "line.zarr", on_ping=lambda *n: progress.append(n))
-    assert progress == [(n, PINGS) for n in range(3, PINGS + 1)]
+    assert progress == [(n, PINGS) for n in range(there, PINGS + 1)]
     assert_same(open_recording(tmp_path / "line.zarr"), simulate(scenario))
 
 

@@ -9,7 +9,7 @@ from insonify.engines.fast_reverberation._origin_kernel import grazing_angles
 from insonify.engines.parts import SerialPool
 from insonify.records.labels import NO_ROW, Labels, MaskLabels, label_dataset
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import Job, _labels, _simulate_ping, _sums, build_simulator, label_ping, simulate
+from insonify.simulator import Job, _labels, _sums, build_simulator, label_ping, simulate, simulate_job
 from oracles.scenes import SCATTERED
 
 CRATE = {"shape": "box", "label": "crate", "position": [0.0, 20.0], "size": [4.0, 2.0, 1.5]}
@@ -74,8 +74,8 @@ def test_the_sound_is_the_same_with_labels_and_without(targets, echoes, bits_sha
     if echoes and not targets:
         (_, own), alone = known[0], ground_alone(simulator)
         assert np.any(own.energies.cells != alone.cells) or np.any(own.energies.intensity != alone.intensity)
-    alone, _ = _simulate_ping(simulator, Job(1, with_series=True, with_labels=False), SerialPool())
-    beside, labels = _simulate_ping(simulator, Job(1, with_series=True, with_labels=True), SerialPool())
+    alone, _ = simulate_job(simulator, Job(1, with_series=True, with_labels=False), SerialPool())
+    beside, labels = simulate_job(simulator, Job(1, with_series=True, with_labels=True), SerialPool())
     assert labels is not None
     np.testing.assert_array_equal(alone, beside)
 

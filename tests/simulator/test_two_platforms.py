@@ -8,11 +8,12 @@ from scipy.interpolate import CubicSpline
 
 from insonify.formats.zarr_store import open_recording
 from insonify.processing import beam_recording, compressed_recording, synthetic_aperture_image
+from insonify.recording_run import record
 from insonify.scenario.load import parse_model
 from insonify.scenario.platform_poses import receiver_seed
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
-from insonify.simulator import arrivals, build_simulator, labels, record, simulate
+from insonify.simulator import arrivals, build_simulator, labels, simulate
 from insonify.sonar.track import true_poses
 from insonify.validity import PhysicsWarning
 from oracles.beams import axes

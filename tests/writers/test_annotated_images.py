@@ -7,7 +7,7 @@ import pytest
 import insonify
 from insonify.cli import main
 from insonify.formats.store_description import StoreError
-from insonify.simulator import record
+from insonify.recording_run import record
 from oracles.surveys import multibeam, sidescan
 
 BOX = {"shape": "box", "label": "box", "position": (0.5, 9.0), "size": (1.0, 1.0, 1.0)}

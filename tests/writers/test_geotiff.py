@@ -5,7 +5,7 @@ import pytest
 
 import insonify
 from insonify.formats.store_description import StoreError
-from insonify.simulator import record
+from insonify.recording_run import record
 from oracles.surveys import ORIGIN, UTM, plane, sidescan
 
 rasterio = pytest.importorskip("rasterio")

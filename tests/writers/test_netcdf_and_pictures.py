@@ -6,7 +6,7 @@ import xarray as xr
 
 import insonify
 from insonify.cli import main
-from insonify.simulator import record
+from insonify.recording_run import record
 from insonify.writers import netcdf
 from oracles.surveys import sidescan
 

@@ -65,7 +65,7 @@ def run(
     requested = arguments.parse_ping_range(pings, scenario.track.ping_count)
     from insonify.estimates.run_cost import estimate_cost
     from insonify.estimates.run_limits import run_refusal
-    from insonify.simulator import record
+    from insonify.recording_run import record
 
     if cluster is not None:
         arguments.require_cluster(cluster, {

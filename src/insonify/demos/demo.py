@@ -14,8 +14,8 @@ from insonify.formats.zarr_store import open_recording
 from insonify.paper.checked_numbers import CheckedNumber
 from insonify.plotting import recording as draw_recording
 from insonify.plotting import style
+from insonify.recording_run import record
 from insonify.scenario.load import load_scenario
-from insonify.simulator import record
 
 NOMINAL = "nominal"
 """Scene of the paper: one ping, drawn as its recording."""

@@ -17,10 +17,11 @@ from insonify.estimates.machine_pace import machine_pace
 from insonify.estimates.ping_work import PingWork, ping_work, waveform_count
 from insonify.estimates.terrain_work import terrain_bytes, terrain_seconds
 from insonify.machine_memory import installed_memory
+from insonify.recording_run import simulates_in_processes
 from insonify.records.labels import COLUMNS
 from insonify.scenario.scenario import Scenario
 from insonify.scene.solid import world_triangles
-from insonify.simulator import Simulator, build_simulator, simulates_in_processes
+from insonify.simulator import Simulator, build_simulator
 from insonify.synthesis.direction_grid import direction_grid
 from insonify.synthesis.time_grid import OVERSAMPLING
 from insonify.thread_count import thread_count
