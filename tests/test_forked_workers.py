@@ -46,15 +46,16 @@ def test_a_process_that_is_done_takes_over_half_of_what_is_left() -> None:
     assert 15 <= sum(process != first for number, process in found if number < 40) <= 25
 
 
-class TwoValuesError(ValueError):
-    """An error that pickle cannot restore."""
+class LockedError(ValueError):
+    """An error that cannot be sent to another process."""
 
-    def __init__(self, first: str, second: str) -> None:
-        """Join both."""
-        super().__init__(first + second)
+    def __init__(self, text: str) -> None:
+        """Hold a lock."""
+        super().__init__(text)
+        self.lock = threading.Lock()
 
 
-@pytest.mark.parametrize("error", [ZeroDivisionError("the fifth"), TwoValuesError("the ", "fifth")])
+@pytest.mark.parametrize("error", [ZeroDivisionError("the fifth"), LockedError("the fifth")])
 def test_an_error_is_that_of_the_item(error: Exception) -> None:
     """Its class and text, or its text alone where it cannot be sent; where it was raised is a note."""
 
@@ -69,7 +70,7 @@ def test_an_error_is_that_of_the_item(error: Exception) -> None:
         assert type(caught.value) is ZeroDivisionError
         assert "in failing" in caught.value.__notes__[0]
     else:
-        assert str(caught.value) == "TwoValuesError: the fifth"
+        assert str(caught.value) == "LockedError: the fifth"
     assert not active_children()
 
 

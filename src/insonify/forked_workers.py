@@ -111,7 +111,7 @@ class _Worker:
     def receive(self) -> Any:
         """Number of an item, its result, its error or None, and the warnings given."""
         try:
-            answer = self.connection.recv()
+            outcome = self.connection.recv()
         except (EOFError, ConnectionResetError):
             self.process.join()
             raise WorkerProcessError(
@@ -119,7 +119,7 @@ class _Worker:
                 "full. Run the same command with fewer --threads: it goes on from what was recorded"
             ) from None
         self.submitted -= 1
-        return answer
+        return outcome
 
     def end(self) -> None:
         """End the process, whatever it does."""
