@@ -153,7 +153,7 @@ def test_processes_record_what_threads_do(field: str, tmp_path: Path, monkeypatc
 
 @pytest.mark.skipif(not can_fork(), reason="worker processes are forked on Linux alone")
 def test_a_killed_worker_costs_its_pings_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A worker that the system kills, as for its memory, is an error with advice; a second run completes the recording."""
+    """A worker that the system kills, as for its memory, is an error with advice; a second run completes it all."""
     path, here, received = tmp_path / "line.zarr", os.getpid(), simulator_module.record_ping
 
     def killed(simulator: Simulator, sides: list[PingGeometry], pool: Any) -> Any:
