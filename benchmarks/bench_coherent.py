@@ -9,10 +9,10 @@ from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
 from measure import THREADS, Result, ping_seconds, recorded_seconds
 
-GOALS = {2: 4.0, 4: 2.0}
+GOALS = {2: 10.0, 4: 8.0}
 """Times real time on two cores, both sides, by the most bounces of a leg."""
-ELEMENTS_GOAL = 1.0
-"""The same for 32 recorded elements, one side."""
+ELEMENTS_GOALS = {(32, 2): 2.5, (128, 0): 3.0}
+"""The same for one side, by the number of recorded elements and the most bounces of a leg."""
 WARM, PINGS = 6, 24
 """Pings simulated before the clock starts, and timed, by all threads."""
 RECORDED = 8
@@ -24,14 +24,14 @@ def sidescan(order: int) -> Scenario:
     return loaded(SCENE.replace("ORDER", str(order)).replace("incoherent", "coherent"))
 
 
-def elements() -> Scenario:
-    """The same to starboard, by each of 32 elements of a line of 1 m; legs of at most 2 bounces."""
-    text = SCENE.replace("ORDER", "2").replace("incoherent", "coherent")
+def elements(count: int = 32, order: int = 2) -> Scenario:
+    """The same to starboard, by each element of a line of 1 m; legs of at most so many bounces."""
+    text = SCENE.replace("ORDER", str(order)).replace("incoherent", "coherent")
     text = text.replace("  sides: [port, starboard]\n", "").replace(
         "{sub_bands: 1}", "{sub_bands: 1, record: elements}"
     )
     receive = "receive: {kind: planar, width: 1 m, height: 0.02 m}"
-    return loaded(text.replace(receive, "receive: {kind: line, length: 1 m, elements: 32}"))
+    return loaded(text.replace(receive, f"receive: {{kind: line, length: 1 m, elements: {count}}}"))
 
 
 def pings() -> list[Result]:
@@ -39,7 +39,9 @@ def pings() -> list[Result]:
     found = []
     for order, goal in GOALS.items():
         found += _measured(f"coherent ping, up to {order} bounces", sidescan(order), goal)
-    return found + _measured("32 elements, up to 2 bounces", elements(), ELEMENTS_GOAL)
+    for (count, order), goal in ELEMENTS_GOALS.items():
+        found += _measured(f"{count} elements, up to {order} bounces", elements(count, order), goal)
+    return found
 
 
 def changed() -> list[Result]:

@@ -15,7 +15,7 @@ WINDOW = 0.267
 GOALS = {0: 50.0, 2: 15.0, 4: 7.0}
 """Times real time on two cores, by the most bounces of a leg."""
 CHANGED_ORDERS = (0, 2)
-SURVEYS = {0: 10.0, 2: 25.0}
+SURVEYS = {0: 4.0, 2: 6.0}
 """Seconds for a thousand pings, written."""
 WARM, PINGS = 100, 300
 """Pings simulated before the clock starts, and timed: to the target, past it and away."""

@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 
     from insonify.processing.recorded_lines import RecordedLines
 
-MAX_CONCURRENT_PING_BYTES = 64 << 20
+MAX_CONCURRENT_PING_BYTES = 128 << 20
 """Memory of a coherent ping's buffer, of one side and part, up to which pings are simulated concurrently [bytes]."""
 PINGS_JUDGED = 5
 """Pings of a track at which the part of the seabed hidden by terrain is measured."""

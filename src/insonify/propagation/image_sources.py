@@ -39,8 +39,7 @@ def image_legs(
         families: Families to follow; those that would count a scatterer twice are left out.
         frequency: Frequency of the absorption [Hz].
         flat_bottom: True to reflect off the bottom's mean plane; otherwise bottom bounces have coefficient 1, for a
-            later
-                treatment of relief.
+            later treatment of relief.
 
     Returns:
         Legs of shape (selected families, n).
@@ -147,7 +146,11 @@ class StraightRays:
         """All legs from image sources, see `PropagationModel.legs`; over relief without the bottom's coefficient."""
         bed = self.scene.seabed.terrain
         is_flat = bed is None or bed.span[0] == bed.span[1]
-        return image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=is_flat)
+        legs = image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=is_flat)
+        for row, family in enumerate(legs.families if needed is not None else ()):
+            if family != "D":  # nearly all direct legs are needed
+                legs.reflection_coefficient[row, ~needed[families.index(family)]] = 0.0
+        return legs
 
     def open_water(self) -> "StraightRays":
         """Rays of the same water without targets, over a level bed; see `PropagationModel.open_water`."""

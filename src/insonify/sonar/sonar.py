@@ -1,5 +1,6 @@
 """Sonar: pulse, arrays, receiver, recorder, and mounting on the platform."""
 
+from functools import lru_cache
 from typing import Literal, Self
 
 import numpy as np
@@ -214,7 +215,15 @@ def array_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.float6
     Returns:
         Boresight, right and down as rows in north, east, down [1], shape (3, 3).
     """
-    return array_axes(body, mounting_rotation(sonar.mounting.bearing, sonar.mounting.tilt))
+    return array_axes(body, _mounting_axes(sonar.mounting.bearing, sonar.mounting.tilt))
+
+
+@lru_cache(maxsize=64)
+def _mounting_axes(bearing: float, tilt: float) -> NDArray[np.float64]:
+    """Read-only `mounting_rotation` of one array, the same at all pings."""
+    axes = mounting_rotation(bearing, tilt)
+    axes.flags.writeable = False
+    return axes
 
 
 def receiver_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -225,7 +234,7 @@ def receiver_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.flo
         body: Axes of the receiver's platform in the world as columns, shape (3, 3).
     """
     mounting = receiver_mounting(sonar)
-    return array_axes(body, mounting_rotation(mounting.bearing, mounting.tilt))
+    return array_axes(body, _mounting_axes(mounting.bearing, mounting.tilt))
 
 
 def receiver_mounting(sonar: Sonar) -> Mounting:

@@ -117,7 +117,7 @@ def allocate_samples(
     durations = np.maximum(np.diff(pair_delay, axis=1), pulse.effective_duration) / pulse.effective_duration
     energy_sum = np.diff(arrived_energy(pair_delay, total), axis=1) / durations
     received = np.ascontiguousarray((total / durations >= NEGLIGIBLE * energy_sum).T)
-    levels = [legs(edges, depth + shift).delay for shift in (-rise, rise)]
+    levels = [legs(edges, depth + shift).delay for shift in (-rise, rise)] if len(pair) > 1 else []
     pair_group = _interfering_pairs(levels, pair, INTERFERENCE_PULSES * pulse.effective_duration, received)
     costly = has_bottom_bounce & (slope > 0)
     full_energy = np.ascontiguousarray(
