@@ -88,7 +88,7 @@ def test_a_warning_is_given_here_and_once() -> None:
 
 def test_a_process_that_is_killed_is_an_error() -> None:
     """Its exit code and what to do; the other processes end with the call."""
-    with pytest.raises(WorkerProcessError, match=r"exit code -9.*fewer --threads"):
+    with pytest.raises(WorkerProcessError, match=r"memory.*exit code -9.*fewer --threads"):
         list(forked_results(lambda number: os.kill(os.getpid(), signal.SIGKILL) if number == 4 else None, range(9), 2))
     assert not active_children()
 
@@ -133,9 +133,16 @@ for number, _ in forked_results(write, range(10_000), 2):
 
 
 def test_a_process_is_copied_from_its_main_thread_alone() -> None:
-    """Another thread may hold locks of the program that starts it."""
-    found = list[bool]()
+    """Another thread may hold locks of the program that starts it, unless it is a daemon, as those of libraries are."""
+    found, stop = list[bool](), threading.Event()
     thread = threading.Thread(target=lambda: found.append(can_fork()))
     thread.start()
     thread.join()
     assert found == [False]
+    for daemon in (True, False):
+        other = threading.Thread(target=stop.wait, daemon=daemon)
+        other.start()
+        assert can_fork() == daemon
+        stop.set()
+        other.join()
+        stop.clear()

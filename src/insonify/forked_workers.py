@@ -30,8 +30,14 @@ class WorkerProcessError(RuntimeError):
 
 
 def can_fork() -> bool:
-    """Return True where this process may be copied: on Linux, from its main thread."""
-    return sys.platform == "linux" and threading.current_thread() is threading.main_thread()
+    """Return True where this process may be copied: on Linux, from its main thread, beside daemon threads alone.
+
+    Other threads may hold a lock, such as that of numba's compiler, for which a copy would wait for ever. Those of
+    libraries that wait for input are daemons.
+    """
+    own = threading.current_thread()
+    others = (thread for thread in threading.enumerate() if thread is not own)
+    return sys.platform == "linux" and own is threading.main_thread() and all(thread.daemon for thread in others)
 
 
 def forked_results(function: Callable[[Item], Any], items: Sequence[Item], count: int) -> Iterator[tuple[Item, Any]]:
@@ -114,9 +120,13 @@ class _Worker:
             outcome = self.connection.recv()
         except (EOFError, ConnectionResetError):
             self.process.join()
+            code = self.process.exitcode
+            reason = (
+                "killed by the system, most likely since the memory is full" if code == -signal.SIGKILL else "ended"
+            )
             raise WorkerProcessError(
-                f"a worker process ended with exit code {self.process.exitcode}, if -9 most likely since the memory is "
-                "full. Run the same command with fewer --threads: it goes on from what was recorded"
+                f"a worker process was {reason} (exit code {code}). Run the same command with fewer --threads: it goes on "
+                "from what was recorded"
             ) from None
         self.submitted -= 1
         return outcome

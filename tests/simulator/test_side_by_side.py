@@ -163,7 +163,7 @@ def test_a_killed_worker_costs_its_pings_alone(tmp_path: Path, monkeypatch: pyte
 
     with monkeypatch.context() as patch:
         patch.setattr(simulator_module, "record_ping", killed)
-        with pytest.raises(WorkerProcessError, match=r"exit code -9.*memory.*fewer --threads"):
+        with pytest.raises(WorkerProcessError, match=r"memory.*exit code -9.*fewer --threads"):
             record(survey(), path, threads=2)
     assert 0 < recorded_pings(path).sum() < PINGS
     record(survey(), path, threads=2)

@@ -27,7 +27,7 @@ CELLS = 1 << SHIFT
 NODES = CELLS + 1
 HALF_BYTES = 224 << 20
 """Memory of a half at most, 13 thousand tiles [bytes]; if a ping needs more, all are synthesised in every ping."""
-MIN_TILES = 1024
+MIN_TILES = 512
 """Tiles of a half at first [1]."""
 COPIED = 0.25
 """Fraction of a half that is copied from the previous one, above which the next is larger [1]."""

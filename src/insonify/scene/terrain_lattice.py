@@ -19,7 +19,7 @@ TILE_NODES = 64
 """Nodes along the side of a tile [1]."""
 MAX_WINDOWS = 4
 """Ranges of whole tiles that are kept assembled, some MB together [1]."""
-MAX_TILES = 512
+MAX_TILES = 256
 """Tiles that are kept, 32 or 64 kB each [1]."""
 NODES_PER_WAVE = 8
 """Nodes along the shortest wave that a lattice without shorter ones keeps half of [1]."""
