@@ -125,8 +125,8 @@ class _Worker:
                 "killed by the system, most likely since the memory is full" if code == -signal.SIGKILL else "ended"
             )
             raise WorkerProcessError(
-                f"a worker process was {reason} (exit code {code}). Run the same command with fewer --threads: it goes on "
-                "from what was recorded"
+                f"a worker process was {reason} (exit code {code}). Run the same command with fewer --threads: it goes "
+                "on from what was recorded"
             ) from None
         self.submitted -= 1
         return outcome
