@@ -11,6 +11,7 @@ import threading
 import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from multiprocessing.connection import Connection, wait
@@ -111,7 +112,8 @@ class _Worker:
             kept = len(other.remaining) // 2
             other.remaining, self.remaining = other.remaining[:kept], other.remaining[kept:]
         if self.remaining:
-            self.connection.send(self.remaining[0])
+            with suppress(BrokenPipeError):  # `receive` finds that the process has ended
+                self.connection.send(self.remaining[0])
             self.remaining, self.submitted = self.remaining[1:], self.submitted + 1
 
     def receive(self) -> Any:

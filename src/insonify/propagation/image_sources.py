@@ -147,9 +147,10 @@ class StraightRays:
         bed = self.scene.seabed.terrain
         is_flat = bed is None or bed.span[0] == bed.span[1]
         legs = image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=is_flat)
-        for row, family in enumerate(legs.families if needed is not None else ()):
-            if family != "D":  # nearly all direct legs are needed
-                legs.reflection_coefficient[row, ~needed[families.index(family)]] = 0.0
+        if needed is not None:
+            for row, family in enumerate(legs.families):
+                if family != "D":  # nearly all direct legs are needed
+                    legs.reflection_coefficient[row, ~needed[families.index(family)]] = 0.0
         return legs
 
     def open_water(self) -> "StraightRays":
