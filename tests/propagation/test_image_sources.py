@@ -189,3 +189,22 @@ def test_the_legs_back_are_the_legs_out_of_the_receiver():
     np.testing.assert_array_equal(found[0].transmit_legs.delay, found[1].receive_legs.delay)
     np.testing.assert_array_equal(found[0].receive_legs.departure, found[1].transmit_legs.departure)
     assert not np.array_equal(found[0].transmit_legs.delay, found[0].receive_legs.delay)
+
+
+def test_legs_that_are_not_needed_are_left_without_amplitude():
+    """Of bounced legs only those needed keep their coefficient; every other number is that of all legs."""
+    simulator = build_simulator(nominal())
+    engine, sonar = simulator.engine, simulator.ping_geometry(0)
+    ground = points([(1, 150, 20.0), (3, 80, 20.0), (2, 40, 20.0)], "seabed")
+    families = families_up_to(2)
+    needed = np.arange(3 * len(families)).reshape(-1, 3) % 2 == 0
+    some, every = (
+        engine.rays.legs(sonar.transmit_position, ground, families, 1e5, needed=mask) for mask in (needed, None)
+    )
+    for row, family in enumerate(every.families):
+        kept = needed[families.index(family)] | (family == "D")
+        whole = every.reflection_coefficient[row]
+        assert whole.all()
+        np.testing.assert_array_equal(some.reflection_coefficient[row], np.where(kept, whole, 0))
+    for name in ("delay", "length", "spreading", "absorption", "departure", "visibility"):
+        np.testing.assert_array_equal(getattr(some, name), getattr(every, name))
