@@ -34,7 +34,8 @@ def record(
         scenario: The scenario.
         path: Folder of the recording, or its URL in an object store, such as "s3://bucket/harbour.zarr".
         pings: Numbers of the pings; all by default.
-        threads: Number of threads; all cores by default.
+        threads: Number of threads, or of worker processes where pings are many and small; all cores by default. The
+            result does not depend on it, bit for bit.
         overwrite: True: replace another recording at that path.
         on_ping: Called with the numbers of pings done and of all pings, before the first and after each.
         with_labels: True: store labels beside the pressures; None: by the scenario's `output`.
@@ -42,6 +43,9 @@ def record(
 
     Returns:
         The path.
+
+    Raises:
+        WorkerProcessError: A worker process was killed, most likely for lack of memory.
     """
     from insonify.formats.store_writer import writer_class
 
