@@ -27,7 +27,7 @@ from insonify.propagation.eigenray_record import exact_solutions
 from insonify.propagation.families import image_depth
 from insonify.propagation.launch_angles import StraightLaunchAngles
 from insonify.scene.scatterers import Scatterers
-from insonify.simulator import Simulator, build_simulator, simulate
+from insonify.simulator import Simulator, build_simulator, labels, simulate
 
 Floats = NDArray[np.float64]
 
@@ -326,3 +326,15 @@ def test_a_table_that_does_not_reach_far_enough_is_not_made() -> None:
     farthest = rays.domain.max_range  # type: ignore[attr-defined]
     assert refraction_table(end, ("D",), ("D",), 0.015, farthest) is not None
     assert refraction_table(end, ("D",), ("D",), 0.015, farthest + 5.0) is None
+
+
+@pytest.mark.parametrize("order", [0, 2])
+def test_a_window_that_ends_before_the_seabed_receives_none_of_it(order: int) -> None:
+    """Six metres above it and 4 ms long: a recording and labels without seabed, as in uniform water."""
+    track = {**SIDESCAN["track"], "window": [0.0, "4 ms"]}
+    layered = in_water(DOWNWARD, order, track=track)
+    assert layered.fast_reverberation(layered.ping_geometry(0)) is None
+    recording = simulate(layered.scenario, pings=0)
+    uniform = simulate(made(order, track=track), pings=0)
+    np.testing.assert_allclose(recording.intensity, uniform.intensity)
+    np.testing.assert_array_equal(labels(layered.scenario)["object"], labels(made(order, track=track))["object"])

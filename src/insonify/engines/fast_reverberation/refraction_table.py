@@ -52,15 +52,17 @@ class RaysFromDepth(NamedTuple):
 def refraction_table(
     end: RaysFromDepth, families: tuple[str, ...], horizon_names: tuple[str, ...], wavelength: float, farthest: float
 ) -> RefractionTable | None:
-    """Refraction table of one depth of the sonar; None where a family does not qualify.
+    """Refraction table of one depth of the sonar; None where a family does not qualify, or no seabed is in the window.
 
     Args:
         end: The rays.
         families: Families that reach the seabed.
         horizon_names: Families of the launch horizons.
         wavelength: Acoustic wavelength [m].
-        farthest: Largest horizontal distance [m].
+        farthest: Largest horizontal distance [m]; below 0: no echo of the seabed arrives within the window.
     """
+    if farthest < 0:
+        return None
     top, bottom = end.rays.tables.terrain_depths
     ranges: Floats = RANGE_SPACING * np.arange(int(np.ceil(farthest / RANGE_SPACING)) + 2, dtype=float)
     if ranges[-2] > end.rays.domain.max_range + 2 * RANGE_SPACING:
