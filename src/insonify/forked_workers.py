@@ -31,7 +31,7 @@ class WorkerProcessError(RuntimeError):
 
 
 def can_fork() -> bool:
-    """Return True where this process may be copied: on Linux, from its main thread, beside daemon threads alone.
+    """Return True where this process may be copied: on Linux, from its main thread, with no others but daemons.
 
     Other threads may hold a lock, such as that of numba's compiler, for which a copy would wait for ever. Those of
     libraries that wait for input are daemons.

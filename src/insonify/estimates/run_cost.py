@@ -146,7 +146,9 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
     total += unit_costs.BYTES_PER_PIECE * max(work.pieces, default=0.0)
     total += work.facets
     total += unit_costs.BYTES_OF_RELIEF * bool(scenario.seabed.relief) + terrain_bytes(work.terrain_tiles)
-    block = min(work.points / threads, SCATTERERS_PER_BLOCK)
+    in_processes = simulates_in_processes(simulator, scenario.track.ping_count, threads)
+    sharing = len(sides) if in_processes else threads  # a worker process has a ping of its own, one side at a time
+    block = min(work.points / sharing, SCATTERERS_PER_BLOCK)
     block *= bytes_per_point(simulator.engine.scene, scenario.paths, "seabed", drawn=True)
     block = min(block, BYTES_AT_ONCE)
     total += max(block, work.facet_block)
@@ -156,7 +158,7 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
         label_sums = simulator.label_accumulator(sides[0])
         if label_sums.directions is not None:  # of seabed and targets, about half filled
             total += label_sums.empty().nbytes
-    if simulates_in_processes(simulator, scenario.track.ping_count, threads):
+    if in_processes:
         return unit_costs.BYTES_OF_PROGRAM + (threads + 1) * total  # of each, and of the first ping before they start
     return unit_costs.BYTES_OF_PROGRAM + total + (threads - 1) * block
 
