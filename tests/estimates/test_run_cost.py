@@ -27,6 +27,7 @@ from insonify.estimates.compile_time import FeatureKernels
 from insonify.estimates.diffraction_work import diffraction_seconds_on_targets
 from insonify.estimates.run_cost import RunCost, estimate_cost, size_refusal
 from insonify.estimates.run_limits import run_refusal
+from insonify.forked_workers import can_fork
 from insonify.recent_results import RecentResults
 from insonify.simulator import build_simulator
 from insonify.sonar import two_way_beam
@@ -181,6 +182,16 @@ def test_a_clock_without_resolution_gives_the_least_pace(monkeypatch):
 def test_the_program_itself_takes_memory():
     """Even a run of nothing holds Python, its libraries and the compiled kernels: hundreds of megabytes."""
     assert 200e6 < estimate_cost(nominal(track={"window": (0.02, 0.03)})).memory < 1e9
+
+
+@pytest.mark.skipif(not can_fork(), reason="worker processes are forked on Linux alone")
+def test_every_worker_process_takes_as_much_memory():
+    """The first ping and each of 2, 4 and 16 workers need one share; one thread has the program and that share."""
+    scenario = nominal(field="coherent").with_({"track.pings": 64})
+    memory = {threads: estimate_cost(scenario, threads=threads).memory for threads in (1, 2, 4, 16)}
+    share = memory[1] - unit_costs.BYTES_OF_PROGRAM
+    for workers in (2, 4, 16):
+        assert memory[workers] == pytest.approx(unit_costs.BYTES_OF_PROGRAM + (workers + 1) * share)
 
 
 def test_what_a_machine_cannot_hold_is_refused_with_what_to_change():
