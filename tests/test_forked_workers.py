@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from multiprocessing import active_children
 from pathlib import Path
@@ -146,3 +147,23 @@ def test_a_process_is_copied_from_its_main_thread_alone() -> None:
         stop.set()
         other.join()
         stop.clear()
+
+
+def test_an_idle_pool_of_threads_does_not_matter() -> None:
+    """Threads of a pool matter as long as one of them has work, not while all of them wait for some."""
+    stop = threading.Event()
+    with ThreadPoolExecutor(2) as pool:
+        for _ in range(3):
+            assert list(pool.map(abs, [-1, -2])) == [1, 2]
+            deadline = time.monotonic() + 10.0
+            while not can_fork() and time.monotonic() < deadline:
+                time.sleep(0.001)
+            assert can_fork()
+            waiting = pool.submit(stop.wait)
+            while not waiting.running():
+                time.sleep(0.001)
+            time.sleep(0.01)
+            assert not can_fork()
+            stop.set()
+            assert waiting.result()
+            stop.clear()

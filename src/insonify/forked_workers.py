@@ -11,11 +11,13 @@ import threading
 import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import thread as thread_pool
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkProcess
+from types import FrameType
 from typing import Any, TypeVar
 
 Item = TypeVar("Item")
@@ -31,14 +33,21 @@ class WorkerProcessError(RuntimeError):
 
 
 def can_fork() -> bool:
-    """Return True where this process may be copied: on Linux, from its main thread, with no others but daemons.
+    """Return True where this process may be copied: on Linux, from its main thread, with no others but idle ones.
 
-    Other threads may hold a lock, such as that of numba's compiler, for which a copy would wait for ever. Those of
-    libraries that wait for input are daemons.
+    Other threads may hold a lock, such as that of numba's compiler, for which a copy would wait for ever. Idle are
+    daemons, such as those of libraries that wait for input, and the threads of a pool without work, such as that which
+    dask keeps once an array was read.
     """
-    own = threading.current_thread()
+    own, frames = threading.current_thread(), sys._current_frames()
     others = (thread for thread in threading.enumerate() if thread is not own)
-    return sys.platform == "linux" and own is threading.main_thread() and all(thread.daemon for thread in others)
+    idle = (thread.daemon or _waits_for_work(frames.get(thread.ident or 0)) for thread in others)
+    return sys.platform == "linux" and own is threading.main_thread() and all(idle)
+
+
+def _waits_for_work(frame: FrameType | None) -> bool:
+    """Return True where the innermost function of a thread is the loop of a pool's threads over its work."""
+    return frame is not None and (frame.f_code.co_filename, frame.f_code.co_name) == (thread_pool.__file__, "_worker")
 
 
 def forked_results(function: Callable[[Item], Any], items: Sequence[Item], count: int) -> Iterator[tuple[Item, Any]]:

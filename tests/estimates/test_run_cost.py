@@ -9,6 +9,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
+from insonify import recording_run
 from insonify.cli import main
 from insonify.engines import volume
 from insonify.engines.face_images import face_images
@@ -27,7 +28,6 @@ from insonify.estimates.compile_time import FeatureKernels
 from insonify.estimates.diffraction_work import diffraction_seconds_on_targets
 from insonify.estimates.run_cost import RunCost, estimate_cost, size_refusal
 from insonify.estimates.run_limits import run_refusal
-from insonify.forked_workers import can_fork
 from insonify.recent_results import RecentResults
 from insonify.simulator import build_simulator
 from insonify.sonar import two_way_beam
@@ -184,9 +184,9 @@ def test_the_program_itself_takes_memory():
     assert 200e6 < estimate_cost(nominal(track={"window": (0.02, 0.03)})).memory < 1e9
 
 
-@pytest.mark.skipif(not can_fork(), reason="worker processes are forked on Linux alone")
-def test_every_worker_process_takes_as_much_memory():
+def test_every_worker_process_takes_as_much_memory(monkeypatch: pytest.MonkeyPatch):
     """The first ping and each of 2, 4 and 16 workers need one share; one thread has the program and that share."""
+    monkeypatch.setattr(recording_run, "can_fork", lambda: True)  # whatever threads and system the tests have
     scenario = nominal(field="coherent").with_({"track.pings": 64})
     memory = {threads: estimate_cost(scenario, threads=threads).memory for threads in (1, 2, 4, 16)}
     share = memory[1] - unit_costs.BYTES_OF_PROGRAM
