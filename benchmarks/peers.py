@@ -84,7 +84,7 @@ def rendered(
     radius = np.linalg.norm(position, axis=1)
     element_position = np.outer(across, [1.0, 0.0, 0.0])
     still, one, number = np.zeros((elements, 3)), np.ones((1, count)), np.arange(elements)
-    doppler = WaveformBasis(np.zeros(1)).doppler
+    basis = WaveformBasis(np.zeros(1)).weight_table
     to_point = 0 * radius if source is None else np.linalg.norm(position - [source, 0.0, 0.0], axis=1)
     towards = position / radius[:, None]
     transmit = TransmitLegs((to_point / SPEED)[None], one, weight.astype(np.complex64)[None, None])
@@ -97,7 +97,7 @@ def rendered(
     cells = grid.cells(elements).reshape(elements, 1, -1, 1)
     deposit_on_elements(
         cells, PairedLegs(np.zeros((1, 3), np.int64), transmit, receive, one), beams, nodes, NO_SECTOR,
-        Reception(grid.first_time, grid.cell_rate, carrier, doppler, ArrayWater(1 / SPEED, 0.0, 0.0, False, 0.0)),
+        Reception(grid.first_time, grid.cell_rate, carrier, basis, ArrayWater(1 / SPEED, 0.0, 0.0, False, 0.0)),
     )  # fmt: skip
     return convolve_pulse(cells.reshape(elements, -1), grid, spectrum)
 

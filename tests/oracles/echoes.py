@@ -33,7 +33,7 @@ def spread_echoes(cells: NDArray[Any], paired: PairedLegs, receive_beams: Receiv
     """
     pair, sent, received, strength = paired
     room, legs = (
-        arrival_buffer(received.expansion.shape[1], cells.shape[1], reception.doppler_nodes),
+        arrival_buffer(received.expansion.shape[1], cells.shape[1]),
         BlockLegs(sent, received),
     )
     outs, backs, receivable = nonzero_legs(sent, received)

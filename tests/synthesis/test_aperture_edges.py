@@ -9,8 +9,8 @@ from insonify.synthesis._element_arrivals_kernel import _PART, PairedLegs, depos
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
 from insonify.synthesis.sector_interpolation import NO_SECTOR
-from insonify.synthesis.waveform_basis import WaveformBasis
 from oracles.echoes import spread_echoes
+from oracles.waveforms import chebyshev_basis
 from synthesis.oracle import relative_rms
 
 CARRIER, RATE, SPEED = 100e3, 40e3, 1500.0
@@ -31,29 +31,29 @@ def echoes(seed, count, elements, *, moving=1.0, dopplers=2, none=0.2):
     back = ReceiveLegs(
         away / SPEED, 1 / away, away, np.zeros((2, 0, count)), way, weight[1:].astype(np.complex64), gain
     )
-    node = WaveformBasis(moving * 3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers)).doppler
-    return channels, sent, back, rng.uniform(0.5, 1, (2, count)), 1e-3 * moving, node
+    basis = chebyshev_basis(dopplers, moving * 3e-3).weight_table
+    return channels, sent, back, rng.uniform(0.5, 1, (2, count)), 1e-3 * moving, basis
 
 
 def deposited(paired, *, kernel=deposit_on_elements, first_time=0.0, cells=2000, channels=None):
     """Grids of all elements."""
-    own, sent, back, strength, middle, node = paired
+    own, sent, back, strength, middle, basis = paired
     channels, pair = own if channels is None else channels, np.array([[0, 0, 0], [0, 1, 1]])
-    groups, together = group_layout(len(node))
+    groups, together = group_layout(len(basis.node_coordinate))
     grid = np.zeros((len(channels.position), groups, cells, together), np.complex64)
     nodes = (aperture_nodes(*own[:3], 6.0, 0.04, SPEED / CARRIER), NO_SECTOR) if kernel is deposit_on_elements else ()
-    reception = Reception(first_time, RATE, CARRIER, node, ArrayWater(1 / SPEED, 0.0, 1e-3, False, middle))
+    reception = Reception(first_time, RATE, CARRIER, basis, ArrayWater(1 / SPEED, 0.0, 1e-3, False, middle))
     kernel(grid, PairedLegs(pair, sent, back, strength), channels, *nodes, reception)
     return grid
 
 
 def reordered(paired, rows):
     """The same scatterers in another order, or some of them."""
-    channels, sent, back, strength, middle, node = paired
+    channels, sent, back, strength, middle, basis = paired
     own = np.ascontiguousarray
     sent = TransmitLegs(*(own(column[..., rows]) for column in sent))
     back = ReceiveLegs(*(own(column[:, rows]) if k == 4 else own(column[..., rows]) for k, column in enumerate(back)))
-    return channels, sent, back, own(strength[:, rows]), middle, node
+    return channels, sent, back, own(strength[:, rows]), middle, basis
 
 
 @pytest.mark.parametrize(
@@ -107,19 +107,21 @@ def test_dead_elements_record_nothing_and_do_not_affect_others():
 
 def test_no_arrivals_give_a_zero_recording():
     """Scatterers that bring, return or scatter nothing: silence."""
-    channels, sent, back, strength, middle, node = paired = echoes(6, 50, 5)
+    channels, sent, back, strength, middle, basis = paired = echoes(6, 50, 5)
     assert deposited(paired).any()
-    assert not deposited((channels, sent._replace(weight=0 * sent.weight), back, strength, middle, node)).any()
-    assert not deposited((channels, sent, back._replace(weight=0 * back.weight), strength, middle, node)).any()
-    assert not deposited((channels, sent, back._replace(gain=0 * back.gain), strength, middle, node)).any()
-    assert not deposited((channels, sent, back, 0 * strength, middle, node)).any()
+    assert not deposited((channels, sent._replace(weight=0 * sent.weight), back, strength, middle, basis)).any()
+    assert not deposited((channels, sent, back._replace(weight=0 * back.weight), strength, middle, basis)).any()
+    assert not deposited((channels, sent, back._replace(gain=0 * back.gain), strength, middle, basis)).any()
+    assert not deposited((channels, sent, back, 0 * strength, middle, basis)).any()
 
 
 def test_each_element_at_rest_receives_where_it_stands():
     """One scatterer: the cells of an element are strongest at the way there and back by geometry, to one cell."""
     paired = echoes(7, 1, 33, moving=0.0, dopplers=1, none=0.0)
     channels, sent, back, strength, _, _ = paired
-    grid = deposited((channels, sent, back, strength * [[1.0], [0.0]], 0.0, np.zeros(1)))[:, 0, :, 0]
+    grid = deposited((channels, sent, back, strength * [[1.0], [0.0]], 0.0, chebyshev_basis(1, 0.0).weight_table))[
+        :, 0, :, 0
+    ]
     away = float(back.horizontal_distance[0, 0])
     there = np.linalg.norm(away * back.direction[0, 0] - channels.position, axis=1)
     delay = float(sent.delay[0, 0]) + there / SPEED

@@ -8,8 +8,8 @@ from insonify.synthesis._arrival_time_kernel import ArrayWater, ArrivalColumns, 
 from insonify.synthesis._element_arrivals_kernel import PairedLegs
 from insonify.synthesis._gridding import deposit_pressure
 from insonify.synthesis._waveform_basis_kernel import group_layout
-from insonify.synthesis.waveform_basis import WaveformBasis
 from oracles.echoes import spread_echoes
+from oracles.waveforms import chebyshev_basis
 
 CARRIER, RATE, COUNT = 100e3, 40e3, 1300
 
@@ -20,9 +20,9 @@ def legs(rng, rows):
     return (weight * (rng.uniform(size=weight.shape) > 1 / 3)).astype(np.complex64)
 
 
-def reception(middle, doppler_nodes):
+def reception(middle, basis):
     """Water of one speed without absorption, and a grid that begins at 0."""
-    return Reception(0.0, RATE, CARRIER, doppler_nodes, ArrayWater(1 / 1500, 0.0, 0.0, False, middle))
+    return Reception(0.0, RATE, CARRIER, basis.weight_table, ArrayWater(1 / 1500, 0.0, 0.0, False, middle))
 
 
 @pytest.mark.parametrize(("beams", "patterns"), [(1, 3), (3, 3), (3, 1)])
@@ -41,7 +41,7 @@ def test_beams_receive_the_sum_over_pairs(beams, patterns):
     out_legs = TransmitLegs(out, np.ones_like(out), (sent * shading).astype(np.complex64))
     back_legs = ReceiveLegs(back, 1 / (1500 * back), back, np.empty((3, 0, COUNT)), way, received, gain)
     paired = PairedLegs(pair, out_legs, back_legs, strength)
-    spread_echoes(cells, paired, receive_beams, reception(0.0, np.zeros(1)))
+    spread_echoes(cells, paired, receive_beams, reception(0.0, chebyshev_basis(1, 0.0)))
     expected = np.zeros((3, 4000), np.complex64)
     for row, (i, j, _) in enumerate(pair):
         delay = out[i] + back[j]
@@ -64,7 +64,7 @@ def test_channels_without_gain_record_nothing():
     )
     pair = np.zeros((1, 3), np.int64)
     paired = PairedLegs(pair, TransmitLegs(0.01 * one, one, single[None]), receive_legs, one)
-    spread_echoes(cells, paired, receive_beams, reception(0.0, np.zeros(1)))
+    spread_echoes(cells, paired, receive_beams, reception(0.0, chebyshev_basis(1, 0.0)))
     assert not cells[0].any() and cells[1].any()
 
 
@@ -72,7 +72,7 @@ def test_channels_without_gain_record_nothing():
 def test_an_echo_of_a_moving_sonar_is_shared_among_its_shapes(shapes):
     """Two elements at 3 m/s: each grid holds the echo times Lagrange's polynomial of its Doppler factor, to 2e-5."""
     rng = np.random.default_rng(shapes)
-    made = WaveformBasis(3e-3 * -np.cos((np.arange(shapes) + 0.5) * np.pi / shapes))
+    made = chebyshev_basis(shapes)
     weight, away = legs(rng, 1), rng.uniform(10, 25, (1, COUNT))
     way = rng.normal(size=(1, COUNT, 3))
     way /= np.linalg.norm(way, axis=-1, keepdims=True)
@@ -86,13 +86,13 @@ def test_an_echo_of_a_moving_sonar_is_shared_among_its_shapes(shapes):
     groups, together = group_layout(shapes)
     cells, middle = np.zeros((2, groups, 4000, together), np.complex64), 1e-3
     paired = PairedLegs(np.zeros((1, 3), np.int64), TransmitLegs(away / 1500, one, weight[None]), receive_legs, one)
-    spread_echoes(cells, paired, receive_beams, reception(middle, made.doppler))
+    spread_echoes(cells, paired, receive_beams, reception(middle, made))
     for e in range(2):
         when, fade, doppler = np.empty(COUNT), np.empty(COUNT, np.float32), np.empty(COUNT)
         echoes = ArrivalColumns(2 * away[0] / 1500, 1 / away[0], away[0], away[0], *np.ascontiguousarray(way[0].T),
                                 one[0], none[0])  # fmt: skip
         motion = ElementMotion(place[e], velocity[e], still[e])
-        arrival_moving(echoes, COUNT, motion, reception(middle, made.doppler).water, when, fade, doppler)
+        arrival_moving(echoes, COUNT, motion, reception(middle, made).water, when, fade, doppler)
         turned = weight[0] * fade * np.exp(-2j * np.pi * CARRIER * when)
         grids = np.moveaxis(cells[e], 2, 1).reshape(-1, 4000)
         for grid, part in zip(grids, made.weights(doppler), strict=False):

@@ -12,8 +12,8 @@ from insonify.synthesis._arrival_time_kernel import (
     arrival_stationary,
     transmit_moving,
 )
-from insonify.synthesis._waveform_basis_kernel import basis_coordinate, basis_weight_table, basis_weights
-from insonify.synthesis.waveform_basis import WaveformBasis
+from insonify.synthesis._waveform_basis_kernel import basis_coordinate, basis_weights
+from oracles.waveforms import chebyshev_basis
 
 SPEED = 1500.0
 NONE = np.zeros(3)
@@ -95,12 +95,12 @@ def test_an_echo_is_where_its_middle_is():
 @pytest.mark.parametrize("count", [2, 3, 8, 31])
 def test_shares_are_lagrange_s(count):
     """The running products of the kernel are the polynomials written out: 2e-5, and flat beyond the range."""
-    shapes = WaveformBasis(-4e-3 * np.cos((np.arange(count) + 0.5) * np.pi / count) + 1e-3)
+    shapes = chebyshev_basis(count, 4e-3, 1e-3)
     where = np.linspace(-6e-3, 8e-3, 300)
     share, x, shaped = (
         np.empty((count, 300), np.float32),
         np.empty(300, np.float32),
-        basis_weight_table(shapes.doppler),
+        shapes.weight_table,
     )
     basis_coordinate(where, shaped, x)
     basis_weights(x, shaped.node_coordinate, shaped.node_scale, share)

@@ -19,7 +19,7 @@ from insonify.synthesis._beam_arrivals_kernel import (
     WavefrontColumns,
     deposit_block,
 )
-from insonify.synthesis._waveform_basis_kernel import group_layout
+from insonify.synthesis._waveform_basis_kernel import basis_weight_table, group_layout
 from oracles.beams import axes
 from oracles.block import CARRIER, CELLS, RATE, SPEED, WAVELENGTH, received_series, world
 from synthesis.oracle import relative_rms
@@ -66,7 +66,7 @@ def deposited(case, *, both=None, fronts=FRONTS, cells=None):
     water = ArrayWater(1 / SPEED, 0.0, case["loss"], fronts is not FRONTS, case["middle"])
     deposit_block(
         cells, block, case["taken"], Transmitter(case["level"], case["sent"], case["middle"], 1 / SPEED, sent),
-        receiving_array, Reception(0.0, RATE, CARRIER, case["node"], water), None,
+        receiving_array, Reception(0.0, RATE, CARRIER, basis_weight_table(case["node"], -5e-3, 5e-3), water), None,
     )  # fmt: skip
     return cells
 

@@ -10,8 +10,8 @@ from insonify.synthesis._element_arrivals_kernel import PairedLegs, deposit_on_e
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.chebyshev_nodes import aperture_nodes, chebyshev_node_count
 from insonify.synthesis.sector_interpolation import NO_SECTOR
-from insonify.synthesis.waveform_basis import WaveformBasis
 from oracles.echoes import spread_echoes
+from oracles.waveforms import chebyshev_basis
 
 CARRIER, RATE, COUNT, SPEED = 100e3, 40e3, 700, 1500.0
 NEAREST = 6.0
@@ -40,10 +40,10 @@ def drawn_legs(elements, *, bent, patterns, dopplers, velocity, count=COUNT, far
     sent = sent._replace(weight=weight[None, 0])
     receive_legs = ReceiveLegs(away / SPEED, 1 / away, level, beside, way, weight[1], gain)
     pair = np.array([[i, j, j] for i in range(2) for j in range(2)])
-    shapes = WaveformBasis(velocity * 3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers))
+    shapes = chebyshev_basis(dopplers, velocity * 3e-3)
     middle = 1e-3 if velocity else 0.0
     water = ArrayWater(1 / SPEED, 0.02 * bent, 1e-3, bent, middle)
-    end = (Reception(0.0, RATE, CARRIER, shapes.doppler, water),)
+    end = (Reception(0.0, RATE, CARRIER, shapes.weight_table, water),)
     return receive_beams, (PairedLegs(pair, sent, receive_legs, rng.uniform(0.5, 1, (4, count))), receive_beams), end
 
 

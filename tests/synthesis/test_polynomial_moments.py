@@ -16,7 +16,7 @@ def test_spikes_gathered_in_a_window_are_those_deposited_one_by_one(shapes):
     at[rng.uniform(size=size) < 0.1] = -1
     place, x, weight = (rng.uniform(-1, 1, many).astype(np.float32) for many in (size, size, 2 * size))
     cells = np.zeros((2, elements + 1, 1, 500, shapes), np.complex64)
-    shaped, window = basis_weight_table(1e-3 * np.arange(shapes)), empty_window(elements + 1, shapes)
+    shaped, window = basis_weight_table(1e-3 * np.arange(shapes), 0.0, 4e-3), empty_window(elements + 1, shapes)
     gather_moments(cells[0], window, 100, 1, elements, count, at, place / 2, weight, x, shaped, count)
     deposit_moments(cells[0], window, 100, 100 + WINDOW, elements + 1)
     deposit_waveforms(

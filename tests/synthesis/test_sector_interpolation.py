@@ -17,8 +17,8 @@ from insonify.synthesis.sector_interpolation import (
     sector_interpolation,
 )
 from insonify.synthesis.time_grid import convolve_waveforms, time_grid
-from insonify.synthesis.waveform_basis import WaveformBasis
 from oracles.echoes import spread_echoes
+from oracles.waveforms import chebyshev_basis
 
 CARRIER, SPEED, COUNT = 100e3, 1500.0, 3000
 GRID = time_grid(0.0, 0.06, 20e3, 0.0, 1e-3)
@@ -43,10 +43,10 @@ def echoes(elements, dopplers, spread, faults=0):
     receive_legs = ReceiveLegs(
         away / SPEED, 1 / away, away, np.empty((1, 0, COUNT)), way, weight[1], np.ones((1, 1, COUNT), np.float32)
     )
-    shapes = WaveformBasis(3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers))
+    shapes = chebyshev_basis(dopplers)
     begin = PairedLegs(np.zeros((1, 3), np.int64), sent, receive_legs, np.ones((1, COUNT))), receive_beams
     water = ArrayWater(1 / SPEED, 0.0, 1e-3, False, 1e-3)
-    return receive_beams, begin, (Reception(GRID.first_time, GRID.cell_rate, CARRIER, shapes.doppler, water),)
+    return receive_beams, begin, (Reception(GRID.first_time, GRID.cell_rate, CARRIER, shapes.weight_table, water),)
 
 
 def silence(elements, dopplers):

@@ -57,7 +57,10 @@ def test_spikes_of_any_number_of_shapes(shapes, count):
     """Two elements, channel 1 and 2 of 4: the sum over spikes and cells, to 1e-6; the others stay silent."""
     at, place, weight, x = some_spikes(shapes, 2, count)
     groups, together = group_layout(shapes)
-    cells, shaped = np.zeros((4, groups, CELLS, together), np.complex64), basis_weight_table(2e-3 * nodes(shapes))
+    cells, shaped = (
+        np.zeros((4, groups, CELLS, together), np.complex64),
+        basis_weight_table(2e-3 * nodes(shapes), -2e-3, 2e-3),
+    )
     share = np.zeros((4 * groups, max(2 * count, 1) if groups > 1 else 1), np.float32)
     if groups > 1 and count:
         basis_weights(x, shaped.node_coordinate, shaped.node_scale, share)
@@ -72,7 +75,7 @@ def test_spikes_of_any_number_of_shapes(shapes, count):
 def test_moments_are_what_each_spike_would_have_added(shapes):
     """Three elements, a window that moves over all cells: the float64 sum, to 2e-6, how many there are in a cell."""
     at, place, weight, x = some_spikes(10 + shapes, 3, 2000)
-    cells, shaped = np.zeros((3, 1, CELLS, shapes), np.complex64), basis_weight_table(nodes(shapes))
+    cells, shaped = np.zeros((3, 1, CELLS, shapes), np.complex64), basis_weight_table(nodes(shapes), -1.0, 1.0)
     window = empty_window(3, shapes)
     assert window.size == 3 * WINDOW * 8 * moment_vectors(shapes) and 4 * moment_vectors(shapes) >= shapes * (
         DEGREE + 1
@@ -102,7 +105,7 @@ def test_moments_are_what_each_spike_would_have_added(shapes):
 
 def test_a_window_holds_its_first_and_last_cell_and_no_other():
     """Spikes at both its ends wait in it; those one cell before and behind are deposited at once."""
-    shaped = basis_weight_table(np.zeros(1))
+    shaped = basis_weight_table(np.zeros(1), 0.0, 0.0)
     for begin, cell, waits in (
         (100, 100, True),
         (100, 99, False),
@@ -121,7 +124,7 @@ def test_a_window_holds_its_first_and_last_cell_and_no_other():
 def test_shares_of_all_shapes_add_to_one(shapes):
     """Anywhere among the nodes, and at a node one shape has it all: 2e-5, by either arithmetic; beyond, the ends'."""
     node = 3e-3 + 2e-3 * nodes(shapes)
-    shaped = basis_weight_table(node)
+    shaped = basis_weight_table(node, 1e-3, 5e-3)
     if shapes == 1:
         assert shaped.half_range == 0
         return

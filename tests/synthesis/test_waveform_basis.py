@@ -1,16 +1,19 @@
-"""Claims about shapes: a few waveforms make the echo of every Doppler factor, and of every place in the band."""
+"""Claims about waveform bases: a few waveforms make the echo of every Doppler factor and frequency of the band."""
 
 import numpy as np
 import pytest
 
 from insonify.simulator import build_simulator
+from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.pulse import Pulse
 from insonify.synthesis.time_grid import convolve_pulse, convolve_waveforms, time_grid
 from insonify.synthesis.waveform_basis import (
     MAX_WAVEFORMS,
+    DopplerSpectrum,
     WaveformBasis,
-    doppler_node_count,
+    doppler_nodes,
     doppler_range,
+    doppler_spectrum,
     waveform_basis,
 )
 from oracles.arrays import elements_scenario
@@ -67,24 +70,83 @@ def test_a_standing_sonar_has_one_shape():
         assert len(shapes.doppler) == 1 and shapes.doppler[0] == 0
 
 
-@pytest.mark.parametrize("width", [1e-5, 1e-3, 8e-3])
-def test_as_many_nodes_as_the_phase_needs(width):
-    """exp(j phi x) by n Chebyshev nodes: the count holds 1e-6 and two fewer do not."""
-    count = doppler_node_count(TONE, width)
-    phi = np.pi * TONE.frequency * TONE.duration * width / 2
-    x = np.linspace(-1, 1, 201)
+def spectrum_of(gain, peak=0.0):
+    """Doppler spectrum of a gain at each of some equal steps."""
+    return DopplerSpectrum(-1.0, 1.0, peak, np.asarray(gain))
 
-    def worst(n):
-        node = WaveformBasis(-np.cos((np.arange(n) + 0.5) * np.pi / n))
-        return np.abs(np.exp(1j * phi * node.doppler) @ node.weights(x) - np.exp(1j * phi * x)).max()
 
-    assert worst(count) < 1.1e-6
-    assert count <= 2 or worst(count - 2) > 1e-7
+def interpolation_error(nodes, phase, x):
+    """Error of exp(j phase x) as the weighted sum of its values at nodes."""
+    basis = WaveformBasis(nodes, (-1.0, 1.0))
+    return np.abs(np.exp(1j * phase * basis.doppler) @ basis.weights(x) - np.exp(1j * phase * x))
+
+
+@pytest.mark.parametrize("phase", [3e-3, 0.3, 2.5])
+def test_as_many_nodes_as_the_phase_needs(phase):
+    """exp(j phi x) at equal gains: Chebyshev nodes of the whole range; the count holds 1e-6 and two fewer do not."""
+    nodes, x = doppler_nodes(spectrum_of(np.ones(129)), phase), np.linspace(-1, 1, 201)
+
+    def chebyshev(n):
+        return -np.cos((np.arange(n) + 0.5) * np.pi / n)
+
+    np.testing.assert_allclose(nodes, chebyshev(len(nodes)), atol=1e-15)
+    assert interpolation_error(nodes, phase, x).max() < 1.1e-6
+    assert len(nodes) <= 2 or interpolation_error(chebyshev(len(nodes) - 2), phase, x).max() > 1e-7
+
+
+@pytest.mark.parametrize("phase", [0.01, 0.3, 2.5, 8.0])
+@pytest.mark.parametrize("peak", [0.0, -0.7, 1.0])
+def test_side_lobes_need_fewer_nodes(phase, peak):
+    """A main lobe at any factor and side lobes that fall off: error times gain within 1e-6, by fewer waveforms."""
+    x = np.linspace(-1, 1, 129)
+    gain = np.minimum(1.0, (0.02 / np.maximum(np.abs(x - peak), 1e-9)) ** 2)
+    nodes, equal = doppler_nodes(spectrum_of(gain, peak), phase), doppler_nodes(spectrum_of(np.ones(129)), phase)
+    assert (gain * interpolation_error(nodes, phase, x)).max() < 1.05e-6
+    assert len(nodes) <= len(equal) - (phase < 8)  # errors of many nodes grow too fast beyond them
 
 
 def test_there_is_an_end_to_it():
-    """A second of tone at any speed would take hundreds: the count stops, and such scenarios are refused."""
-    assert doppler_node_count(TONE.model_copy(update={"duration": 1.0}), 0.05) == MAX_WAVEFORMS
+    """A phase of hundreds of turns would take hundreds of waveforms: the count stops; such scenarios are refused."""
+    assert len(doppler_nodes(spectrum_of(np.ones(129)), 2e3)) == MAX_WAVEFORMS
+
+
+def gain_towards(here: PingGeometry, direction):
+    """Two-way gain of the first beams [1], and the Doppler factor less one, in some directions."""
+    gain = np.abs(here.transmit_beams.gain(direction)[0] * here.receive_beams.gain(direction)[0])
+    closing = direction @ here.transmit_velocity / here.sound_speed
+    return gain, (1 + closing) / (1 - closing) - 1
+
+
+@pytest.mark.parametrize("changes", [{}, {"heading": 2.0}, {"speed": 1.0}])
+def test_no_direction_is_stronger_than_the_spectrum_says(changes):
+    """Half a million directions: gain re the largest at most that at the direction's Doppler factor."""
+    line = {"kind": "line", "length": 0.5}
+    here = underway(transmit=line, receive=line, receiver={"record": "beams"}, track=changes)
+    spectrum, rng = doppler_spectrum(here), np.random.default_rng(1)
+    direction = rng.normal(size=(500_000, 3))
+    gain, factor = gain_towards(here, direction / np.linalg.norm(direction, axis=1, keepdims=True))
+    within = (factor > spectrum.low) & (factor < spectrum.high)
+    steps = np.linspace(spectrum.low, spectrum.high, len(spectrum.gain))
+    bound = np.interp(factor[within], steps, spectrum.gain)
+    assert (gain[within] / gain.max() <= 1.001 * bound).all()
+    assert (gain[~within] / gain.max() < 10 ** (-45 / 20)).all()
+    assert spectrum.gain.min() < 0.1 and spectrum.gain.max() == 1
+
+
+def test_echoes_of_a_narrow_beam_have_few_waveforms():
+    """A beam of 2 degrees abeam: errors re an echo on its axis of 1e-6 everywhere, by fewer waveforms than without."""
+    line = {"kind": "line", "length": 0.5}
+    settings = {"transmit": line, "receive": line, "receiver": {"record": "beams"}}
+    here = underway(pulse={"kind": "cw", "frequency": 100e3, "duration": 2e-3}, **settings)
+    basis, pulse = waveform_basis(here), here.pulse
+    spectrum = doppler_spectrum(here)
+    phase = np.pi * (100e3 + pulse.pulse.bandwidth / 2) * 2e-3 * (spectrum.high - spectrum.low) / 2
+    assert len(basis.doppler) < len(doppler_nodes(spectrum_of(np.ones(129)), phase))
+    time, steps = np.linspace(-1e-4, 2.2e-3, 300), np.linspace(spectrum.low, spectrum.high, len(spectrum.gain))
+    for factor in np.linspace(spectrum.low, spectrum.high, 30):
+        known = pulse.doppler_filtered(float(factor), np.ones_like).samples(time)
+        made = basis.samples(pulse, time, np.full(len(time), factor))[0]
+        assert np.abs(made - known).max() * np.interp(factor, steps, spectrum.gain) < 3e-6
 
 
 def test_shapes_are_finished_together_as_they_are_one_by_one():

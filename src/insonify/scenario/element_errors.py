@@ -19,7 +19,7 @@ from insonify.sonar.received_pulse import received_pulse
 from insonify.sonar.receiver import Receiver, response
 from insonify.sonar.sonar import Sonar, receiver_rotation
 from insonify.sonar.track import Poses
-from insonify.synthesis.waveform_basis import MAX_WAVEFORMS, doppler_node_count, doppler_range
+from insonify.synthesis.waveform_basis import MAX_WAVEFORMS, WaveformBasis, waveform_basis
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -92,12 +92,14 @@ def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     speed = np.max([np.linalg.norm(displacement, axis=1) for displacement in moved], axis=0) / stop
     if speed.max() == 0:
         return
-    dopplers = _dopplers(scenario, poses, int(np.argmax(speed)))
-    if dopplers is None:
+    bases = _waveform_bases(scenario, poses, int(np.argmax(speed)))
+    if not bases:
         return
+    limits = [limit for basis in bases for limit in basis.doppler_limits]
+    dopplers = min(limits), max(limits)
     pulse, receiver = scenario.sonar.pulse, scenario.sonar.receiver
     turned = pulse.frequency * pulse.duration * (dopplers[1] - dopplers[0])
-    if doppler_node_count(pulse, dopplers[1] - dopplers[0]) >= MAX_WAVEFORMS:
+    if max(len(basis.doppler) for basis in bases) >= MAX_WAVEFORMS:
         yield field_error(
             "sonar.pulse.duration", f"{pulse.duration * 1e3:g} ms", "is long for a sonar that moves at "
             f"{speed.max():.3g} m/s: Doppler turns it by {turned:.0f} cycles between one direction and another. "
@@ -115,17 +117,17 @@ def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         )  # fmt: skip
 
 
-def _dopplers(scenario: Scenario, poses: Platforms, ping: int) -> tuple[float, float] | None:
-    """Least and greatest Doppler factor less one at the fastest ping; None where its beams are at fault."""
-    pulse, dopplers = received_pulse(scenario.sonar), []
+def _waveform_bases(scenario: Scenario, poses: Platforms, ping: int) -> list[WaveformBasis]:
+    """Waveforms of each side at the fastest ping; none where its beams are at fault."""
+    pulse, bases = received_pulse(scenario.sonar), []
     for side in scenario.sonar.side_sonars:
         try:
             geometry = ping_geometry(side, poses.single_ping(ping), 0, window=scenario.track.window, pulse=pulse,
                           water=scenario.water, seed=scenario.seed)  # fmt: skip
         except ValueError:
-            return None
-        dopplers += list((0.0, 0.0) if geometry.is_static else doppler_range(geometry))
-    return min(dopplers), max(dopplers)
+            return []
+        bases.append(waveform_basis(geometry))
+    return bases
 
 
 def passed_energy_fraction(pulse: Pulse, receiver: Receiver, doppler: float) -> float:

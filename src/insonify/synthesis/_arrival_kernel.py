@@ -20,7 +20,6 @@ from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE
 from insonify.synthesis._waveform_basis_kernel import (
     BasisWeights,
     basis_coordinate,
-    basis_weight_table,
     basis_weights,
     deposit_waveforms,
 )
@@ -78,8 +77,8 @@ class Reception(NamedTuple):
     """Cells per second [Hz]."""
     frequency: float
     """Carrier frequency [Hz]."""
-    doppler_nodes: Floats
-    """Doppler factor less one of each waveform [1], (waveforms,)."""
+    basis: BasisWeights
+    """Weights of echoes in the waveforms."""
     water: ArrayWater
     """Water at the array."""
 
@@ -175,12 +174,11 @@ class ArrivalBuffer(NamedTuple):
     source_weight: NDArray[np.float32]
     """Weights without carrier, real and imaginary parts alternating."""
     carrier_weight: NDArray[np.float32]
-    basis: BasisWeights
     basis_weights: NDArray[np.float32]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def arrival_buffer(terms: int, groups: int, doppler_nodes: Floats) -> ArrivalBuffer:
+def arrival_buffer(terms: int, groups: int) -> ArrivalBuffer:
     """Work arrays for echoes with `terms` expansion terms, on the grids of `groups` groups of waveforms."""
     column = np.empty((10, BLOCK))
     single = np.zeros((4, BLOCK), np.float32)
@@ -190,7 +188,7 @@ def arrival_buffer(terms: int, groups: int, doppler_nodes: Floats) -> ArrivalBuf
     return ArrivalBuffer(
         np.empty(BLOCK + 1, np.int32), np.empty(BLOCK, np.complex64), echoes, column[8], column[9],
         np.empty(BLOCK, np.int32), (single[0], single[1], single[2], single[3]),
-        np.empty(2 * BLOCK, np.float32), np.empty(2 * BLOCK, np.float32), basis_weight_table(doppler_nodes),
+        np.empty(2 * BLOCK, np.float32), np.empty(2 * BLOCK, np.float32),
         np.zeros((4 * groups, BLOCK if groups > 1 else 1), np.float32),
     )  # fmt: skip
 
@@ -228,8 +226,8 @@ def locate_arrivals(
     arrival_time, doppler = buffer.arrival_time, buffer.doppler
     arrival_times(buffer.echoes, count, element, reception.water, arrival_time, spreading_ratio, doppler)
     _locate(arrival_time[:count], reception.first_time, reception.cell_rate, last, buffer.first_cell, fraction)
-    if reception.doppler_nodes.size > 1:
-        basis_coordinate(doppler[:count], buffer.basis, x)
+    if reception.basis.node_coordinate.size > 1:
+        basis_coordinate(doppler[:count], reception.basis, x)
 
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
@@ -249,7 +247,7 @@ def deposit_pair(
         reception: Time grid, carrier and water.
     """
     i, j, gain_row = rows
-    last, scatterer, basis = cells.shape[2] - CELLS_PER_SPIKE, buffer.scatterer, buffer.basis
+    last, scatterer, basis = cells.shape[2] - CELLS_PER_SPIKE, buffer.scatterer, reception.basis
     fraction, pattern_gain, _, x = buffer.single
     first_cell, turned, node_weights = buffer.first_cell, buffer.carrier_weight, buffer.basis_weights
     _gather_echoes(i, j, count, buffer, legs, reception.water.is_layered)

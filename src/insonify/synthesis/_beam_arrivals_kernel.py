@@ -489,7 +489,7 @@ def deposit_block(
         np.zeros((g, _PART, 3)), np.zeros((g, _PART), np.complex64), np.zeros((gain_rows, patterns, _PART), np.float32),
     )  # fmt: skip
     legs, leg = BlockLegs(transmit_legs, receive_legs), _Leg(np.empty(_PART + 1, np.int32), np.empty(_COLUMNS * _PART))
-    buffer = arrival_buffer(terms, cells.shape[1], reception.doppler_nodes)
+    buffer = arrival_buffer(terms, cells.shape[1])
     reached_out, reached_back = _reached_buffer(f), _reached_buffer(g)
     transmit_cosine, right_cosine = np.zeros((0, _PART)), np.zeros((0, _PART))
     if grid is not None:

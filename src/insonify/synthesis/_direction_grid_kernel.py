@@ -24,7 +24,7 @@ from insonify.synthesis._arrival_kernel import (
 )
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, DEGREE, WIDTH, tap_coefficients
 from insonify.synthesis._simd_product import TILE, multiply_tile
-from insonify.synthesis._waveform_basis_kernel import basis_weights, deposit_waveforms
+from insonify.synthesis._waveform_basis_kernel import BasisWeights, basis_weights, deposit_waveforms
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -186,13 +186,15 @@ def deposit_pair_by_direction(
             buffer.carrier_weight[2 * k],
             buffer.carrier_weight[2 * k + 1],
         )
-    _deposit_rows(cells, sort_buffer, buffer)
+    _deposit_rows(cells, sort_buffer, buffer, reception.basis)
 
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
-def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buffer: ArrivalBuffer) -> None:
+def _deposit_rows(
+    cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buffer: ArrivalBuffer, basis: BasisWeights
+) -> None:
     """Deposit sorted echoes on the rows of their kernels, row by row."""
-    starts, basis = sort_buffer.starts, buffer.basis
+    starts = sort_buffer.starts
     for row in range(cells.shape[0]):
         begin, end = starts[max(row - WIDTH + 1, 0)], starts[row + 1]
         if begin == end:

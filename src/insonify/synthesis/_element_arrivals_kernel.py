@@ -41,7 +41,6 @@ from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH
 from insonify.synthesis._polynomial_moments import MARGIN, WINDOW, deposit_moments, empty_window, gather_moments
 from insonify.synthesis._simd_gridding import mix_series
 from insonify.synthesis._waveform_basis_kernel import (
-    basis_weight_table,
     basis_weights,
     deposit_waveforms,
 )
@@ -417,9 +416,8 @@ def deposit_on_elements(
         reception: Time grid, carrier and water.
     """
     pair, transmit_legs, receive_legs, strength = legs
-    doppler_nodes, water = reception.doppler_nodes, reception.water
+    basis, water, is_straight = reception.basis, reception.water, nodes.series.shape[0] > 0
     last, elements = cells.shape[2] - CELLS_PER_SPIKE, receive_beams.position.shape[0]
-    basis, is_straight = basis_weight_table(doppler_nodes), nodes.series.shape[0] > 0
     series, polynomials = series_along(nodes, water, basis)
     terms, singles = polynomials.shape[1], polynomials.astype(np.float32)
     capacity = pair.shape[0] * min(_PART, strength.shape[1])

@@ -4,7 +4,6 @@ So one echo occupies one contiguous range, in vectors aligned to cells. More tha
 four, each with a grid of its own. Plain numbers and arrays.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,12 +26,12 @@ def group_layout(waveforms: int) -> tuple[int, int]:
 
 
 class BasisWeights(NamedTuple):
-    """Weights of echoes in the waveforms: Lagrange polynomials over the nodes; constant beyond their range."""
+    """Weights of echoes in the waveforms: Lagrange polynomials of the nodes; constant beyond the Doppler limits."""
 
     centre_doppler: float
-    """Middle of the range of Doppler factors less one [1]."""
+    """Middle between the Doppler limits [1]."""
     half_range: float
-    """Half of that range [1]; 0 for one waveform."""
+    """Half of the difference between them [1]; 0 for one waveform."""
     node_coordinate: NDArray[np.float32]
     """Doppler factors of the waveforms re the middle, in units of half the range [1], (waveforms,)."""
     node_scale: NDArray[np.float32]
@@ -42,11 +41,16 @@ class BasisWeights(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def basis_weight_table(doppler: Floats) -> BasisWeights:
-    """Table of the weights of echoes in waveforms of given Doppler factors less one, (waveforms,)."""
+def basis_weight_table(doppler: Floats, low: float, high: float) -> BasisWeights:
+    """Table of the weights of echoes in waveforms.
+
+    Args:
+        doppler: Doppler factors of the waveforms less one [1], (waveforms,).
+        low: Doppler factor less one below which weights are constant [1].
+        high: Doppler factor less one above which weights are constant [1].
+    """
     waveforms = doppler.size
-    middle = 0.5 * (doppler[0] + doppler[-1])
-    half = 0.5 * (doppler[-1] - doppler[0]) / math.cos(0.5 * math.pi / waveforms) if waveforms > 1 else 0.0
+    middle, half = 0.5 * (low + high), 0.5 * (high - low) if waveforms > 1 else 0.0
     node, scale, coefficients = np.zeros(waveforms), np.ones(waveforms), np.zeros((WAVEFORMS_PER_CELL, 8), np.float32)
     single_node, single_scale = np.zeros(waveforms, np.float32), np.ones(waveforms, np.float32)
     row = np.empty(WAVEFORMS_PER_CELL)
@@ -70,7 +74,7 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def basis_coordinate(doppler: Floats, basis: BasisWeights, x: NDArray[np.float32]) -> None:
-    """Coordinate of echoes in the waveform basis, -1..1 over its range and limited to it [1].
+    """Coordinate of echoes in the waveform basis, -1..1 between the Doppler limits and limited to them [1].
 
     Args:
         doppler: Doppler factors less one [1], (n,).

@@ -140,7 +140,7 @@ class PingReception:
         pulse_middle = 0.0 if geometry.is_static else geometry.pulse.pulse.duration / 2
         slowness = 1 / geometry.receive_sound_speed
         water = ArrayWater(slowness, sound_speed_gradient, self.attenuation, self.water.layered, pulse_middle)
-        return Reception(grid.first_time, grid.cell_rate, geometry.frequency, self.basis.doppler, water)
+        return Reception(grid.first_time, grid.cell_rate, geometry.frequency, self.basis.weight_table, water)
 
 
 def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: SectorInterpolation | None = None) -> None:

@@ -188,10 +188,12 @@ def waveform_spectrum(
     """
     half, total = grid.padded_samples // 2, np.zeros(grid.padded_samples, complex)
     for band, group in np.ndindex(cells.shape[0], cells.shape[1]):
-        # float64: as in `convolve_pulse`; all waveforms of a group at once, which is faster than one after the other
-        rows = scipy.fft.fft(cells[band, group].astype(np.complex128), axis=0, overwrite_x=True)
-        group_factors = factors[band, group * rows.shape[1] :]  # the last group may have room for more
-        for row, factor in zip(rows.T, group_factors, strict=False):
+        size = cells.shape[3]
+        group_factors = factors[band, group * size : (group + 1) * size]  # the last group may have room for more
+        waveforms = cells[band, group, :, : len(group_factors)].T
+        # float64: as in `convolve_pulse`
+        rows = scipy.fft.fft(waveforms.astype(np.complex128, order="C"), axis=1, overwrite_x=True)
+        for row, factor in zip(rows, group_factors, strict=True):
             total[:half] += row[:half] * factor[:half]
             total[half:] += row[half - grid.padded_samples :] * factor[half:]
     return total

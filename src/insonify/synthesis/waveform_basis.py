@@ -1,17 +1,22 @@
 """Waveform basis: Doppler-stretched copies of a pulse, of which the echoes of a moving sonar are weighted sums.
 
-An echo from ahead is the pulse compressed in time. Instead of a waveform for every echo there are a few, at Chebyshev
-nodes over the range of Doppler factors in the beams, and every echo is a weighted sum of these; their number follows
-from the error bound. Each is stretched about its middle, where its phase is that of the transmitted pulse: only the
-phase of half a pulse has to be approximated.
+An echo from ahead is the pulse compressed in time. Instead of a waveform for every echo there are a few, at nodes in
+the range of Doppler factors in the beams, and every echo is a weighted sum of these. Each is stretched about its
+middle, where its phase is that of the transmitted pulse: only the phase of half a pulse has to be approximated.
 
-Source: interpolation at Chebyshev nodes, as in `sub_bands`.
+Echoes from side lobes, whose Doppler factors differ most, are weak, and so are their errors. The nodes are Chebyshev's
+of a part of the range about the Doppler factor of the main lobe, as wide as the error, times the gain of the direction,
+is least. Their number follows from the error bound.
+
+Source: error of interpolation by polynomials, Davis (1975), Interpolation and Approximation, theorem 3.1.1: for n nodes
+x_k and exp(j phi x), at most phi^n / n! |(x - x_1) ... (x - x_n)|.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,19 +24,23 @@ from numpy.typing import ArrayLike, NDArray
 from insonify.recent_results import Identity, RecentResults
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
-from insonify.sonar.pulse import Pulse
 from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.sonar.sub_bands import SubBand, half_bandwidth, lagrange_weights, node_count
+from insonify.synthesis._waveform_basis_kernel import BasisWeights, basis_weight_table
 
 Floats = NDArray[np.float64]
 
 ERROR = 1e-6
-"""Error of the weighted sum, re the pulse's peak [1]."""
+"""Error of the weighted sum, re the peak of an echo from the direction of the largest gain [1]."""
 MAX_WAVEFORMS = 48
 """Largest number of waveforms [1]."""
 NEGLIGIBLE_GAIN = 10 ** (-45 / 20)
 """Two-way gain below which a direction's Doppler factor is neglected, re the largest gain [1]."""
 _AZIMUTHS, _ELEVATIONS = 720, 37
+_STEPS = 129
+"""Steps of a `DopplerSpectrum` [1]."""
+_SPREADS = np.array([1.0, 0.95, 0.9, 0.8, 0.65, 0.5, 0.4, 0.32, 0.25, 0.2, 0.16, 0.12, 0.1])
+"""Spreads of nodes about the peak, re Chebyshev's of the whole range [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +49,8 @@ class WaveformBasis:
 
     doppler: Floats
     """Doppler factor less one of each node, increasing [1], shape (dopplers,)."""
+    doppler_limits: tuple[float, float] = (0.0, 0.0)
+    """Doppler factors less one below and above which an echo has the waveform of the limit [1]."""
     band: Floats = field(default_factory=lambda: np.zeros(1))
     """Offset of each node from the carrier, increasing [Hz], shape (bands,)."""
     band_edge: float = np.inf
@@ -75,9 +86,12 @@ class WaveformBasis:
         Args:
             doppler: Doppler factors of the echoes less one [1], shape (n,).
         """
-        middle, half = (self.doppler[0] + self.doppler[-1]) / 2, (self.doppler[-1] - self.doppler[0]) / 2
-        half = half / math.cos(math.pi / 2 / len(self.doppler)) if half > 0 else 0.0
-        return lagrange_weights(self.doppler, doppler, middle - half, middle + half)
+        return lagrange_weights(self.doppler, doppler, *self.doppler_limits)
+
+    @property
+    def weight_table(self) -> BasisWeights:
+        """Weights of echoes in the waveforms, for kernels."""
+        return basis_weight_table(self.doppler, *self.doppler_limits)
 
     def samples(self, pulse: ReceivedPulse, time: Floats, doppler: Floats) -> NDArray[np.complex128]:
         """Waveforms of some echoes of unit pressure in each band [1], shape (bands, n), of which the echo is the sum.
@@ -123,38 +137,99 @@ def waveform_basis(
         error: Largest error of the weighted sum, re the pulse's peak [1].
         bands: Frequencies of the band; None: those of the ping's sub-bands.
     """
-    band, edge, bands = np.array([0.0]), np.inf, ping_geometry.sub_bands if bands is None else bands
-    if bands:
-        band, edge = np.array([sub.offset for sub in bands]), half_bandwidth(ping_geometry.pulse)
+    bands = ping_geometry.sub_bands if bands is None else bands
+    band = np.array([sub.offset for sub in bands] if bands else [0.0])
     if ping_geometry.is_static:
-        return WaveformBasis(np.zeros(1), band, edge)
-    low, high = doppler_range(ping_geometry)
-    count = doppler_node_count(ping_geometry.pulse.pulse, high - low, error)
-    node = -np.cos((np.arange(count) + 0.5) * np.pi / count)
-    return WaveformBasis((low + high) / 2 + (high - low) / 2 * node, band, edge)
+        return WaveformBasis(np.zeros(1), (0.0, 0.0), band, half_bandwidth(ping_geometry.pulse) if bands else np.inf)
+    key = (*_motion_key(ping_geometry), band.tobytes(), error)
+    return _BASES.get(key, lambda: _moving_basis(ping_geometry, error, band, bool(bands)))
 
 
-def doppler_node_count(pulse: Pulse, width: float, error: float = ERROR) -> int:
-    """Number of waveforms for a range of Doppler factors; `MAX_WAVEFORMS` where that is not enough.
+def _motion_key(ping_geometry: PingGeometry) -> tuple[Hashable, ...]:
+    """All that Doppler factors depend on; a sonar at constant speed and attitude has the same at every ping."""
+    motion = ping_geometry.receive_motion
+    assert motion is not None
+    objects = ping_geometry.pulse, ping_geometry.transmit_beams, ping_geometry.receive_beams, ping_geometry.elements
+    _, velocity, acceleration = motion.kinematics(ping_geometry.lever_arms[1:])
+    return (
+        *map(Identity, objects), ping_geometry.receive_track_extent is None, motion.window, velocity.tobytes(),
+        acceleration.tobytes(), ping_geometry.transmit_velocity.tobytes(), ping_geometry.sound_speed,
+        ping_geometry.receive_sound_speed,
+    )  # fmt: skip
+
+
+def _moving_basis(ping_geometry: PingGeometry, error: float, band: Floats, has_bands: bool) -> WaveformBasis:
+    """Waveform basis of a moving sonar, computed."""
+    pulse, edge = ping_geometry.pulse.pulse, half_bandwidth(ping_geometry.pulse) if has_bands else np.inf
+    widening = pulse.frequency / max(pulse.frequency - edge, pulse.frequency / 2) if has_bands else 1.0
+    spectrum = doppler_spectrum(ping_geometry, widening)
+    middle, half = (spectrum.low + spectrum.high) / 2, (spectrum.high - spectrum.low) / 2
+    phase = math.pi * (pulse.frequency + pulse.bandwidth / 2) * pulse.duration * half
+    nodes = middle + half * doppler_nodes(spectrum, phase, error)
+    return WaveformBasis(nodes, (spectrum.low, spectrum.high), band, edge)
+
+
+class DopplerSpectrum(NamedTuple):
+    """Doppler factors in the beams during one ping, and the gain with which echoes of such factors are received."""
+
+    low: float
+    """Least Doppler factor less one [1]."""
+    high: float
+    """Greatest Doppler factor less one [1]."""
+    peak: float
+    """Doppler factor less one in the direction of the largest gain, -1..1 from the least to the greatest [1]."""
+    gain: Floats
+    """Two-way gain re the largest, of the strongest direction at each of some equal steps from the least to the
+    greatest factor, or farther from the peak [1], shape (steps,)."""
+
+
+def doppler_nodes(spectrum: DopplerSpectrum, phase: float, error: float = ERROR) -> Floats:
+    """Doppler nodes: as few as hold the error, and as far apart as then possible; `MAX_WAVEFORMS` where none hold it.
 
     Args:
-        pulse: The transmitted pulse.
-        width: Greatest less least Doppler factor [1].
-        error: Largest error of the weighted sum, re the pulse's peak [1].
+        spectrum: Doppler factors and gains.
+        phase: Largest phase by which half a pulse is turned re that in the middle of the range [rad].
+        error: Largest error times gain [1].
+
+    Returns:
+        Nodes, increasing, -1..1 from the least to the greatest factor [1], shape (n,).
     """
-    phase = math.pi * (pulse.frequency + pulse.bandwidth / 2) * pulse.duration * width / 2
-    return node_count(phase, error, MAX_WAVEFORMS)
+    fewest, most = 1, node_count(phase, error, MAX_WAVEFORMS)  # Chebyshev's of the whole range
+    while fewest < most:
+        count = (fewest + most) // 2
+        if _nodes_and_error(spectrum, phase, count, error)[1] <= error:
+            most = count
+        else:
+            fewest = count + 1
+    return _nodes_and_error(spectrum, phase, most, error)[0]
 
 
-def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
-    """Least and greatest Doppler factor less one in the beams during one ping [1].
+def _nodes_and_error(spectrum: DopplerSpectrum, phase: float, count: int, error: float) -> tuple[Floats, float]:
+    """Chebyshev nodes drawn together about the peak until they hold an error, or to the least error; that error."""
+    node = -np.cos((np.arange(count) + 0.5) * np.pi / count)
+    nodes = spectrum.peak + _SPREADS[:, None] * (node - spectrum.peak)
+    x = np.linspace(-1, 1, len(spectrum.gain))
+    product = np.abs(x - nodes[:, :, None]).prod(axis=1)
+    scale = math.exp(count * math.log(max(phase, 1e-300)) - math.lgamma(count + 1))
+    errors = scale * (spectrum.gain * product).max(axis=1)
+    row = int(np.argmax(errors <= error)) if (errors <= error).any() else int(np.argmin(errors))
+    return nodes[row], float(errors[row])
 
-    A monostatic sonar has both legs in one direction; a bistatic one combines all transmit with all receive directions.
+
+def doppler_spectrum(ping_geometry: PingGeometry, widening: float = 1.0) -> DopplerSpectrum:
+    """Doppler factors and gains of one ping.
+
+    A monostatic sonar has both legs in one direction; a bistatic one combines all transmit with all receive directions,
+    at a gain of 1.
+
+    Args:
+        ping_geometry: The sonar, which is moving.
+        widening: Largest ratio of beam widths at any frequency of the band to those at the carrier [1].
     """
     assert ping_geometry.receive_motion is not None
     is_bistatic = ping_geometry.receive_track_extent is not None
     same_orientation = ping_geometry.elements is None or not np.any(ping_geometry.elements.orientations)
-    transmit_directions, receive_directions = _insonified_directions(
+    transmit_directions, receive_directions, gain = _insonified_directions(
         ping_geometry.transmit_beams, ping_geometry.receive_beams if same_orientation else None, is_bistatic=is_bistatic
     )
     _, first, acceleration = (row[0] for row in ping_geometry.receive_motion.kinematics(ping_geometry.lever_arms[1:]))
@@ -172,10 +247,29 @@ def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
         * float(max(np.linalg.norm(transmit_velocity), *(np.linalg.norm(v) for v in receive_velocities)))
         / ping_geometry.sound_speed
     )
-    return float(factor.min()) - margin, float(factor.max()) + margin
+    low, high = float(factor.min()) - margin, float(factor.max()) + margin
+    if is_bistatic:
+        return DopplerSpectrum(low, high, 0.0, np.ones(_STEPS))
+    per_step, x = (high - low) / (_STEPS - 1), np.linspace(low, high, _STEPS)
+    peak, gains = factor[int(np.argmax(gain))], np.resize(gain, len(factor))
+    off_peak = factor - peak
+    step = np.clip((peak + widening * off_peak + np.sign(off_peak) * margin - low) / per_step, 0, _STEPS - 1)
+    above, below = np.zeros((2, _STEPS))
+    np.maximum.at(above, step[off_peak >= 0].astype(int), gains[off_peak >= 0])
+    np.maximum.at(below, np.ceil(step[off_peak <= 0]).astype(int), gains[off_peak <= 0])
+    outwards = np.where(x >= peak, np.maximum.accumulate(above[::-1])[::-1], np.maximum.accumulate(below))
+    outwards[np.abs(x - peak) <= margin] = 1.0  # between the directions
+    return DopplerSpectrum(low, high, 2 * (peak - low) / (high - low) - 1, outwards)
 
 
-_DIRECTIONS: RecentResults[tuple[Floats, Floats]] = RecentResults(8)
+def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
+    """Least and greatest Doppler factor less one in the beams during one ping [1]."""
+    spectrum = doppler_spectrum(ping_geometry)
+    return spectrum.low, spectrum.high
+
+
+_DIRECTIONS: RecentResults[tuple[Floats, Floats, Floats]] = RecentResults(8)
+_BASES: RecentResults[WaveformBasis] = RecentResults(8)
 _SPECTRA: RecentResults[NDArray[np.complex128]] = RecentResults(8)
 _AXES_DECIMALS = 12
 """Decimals of the receive array's axes in the transmit array's frame: the same for all attitudes of the sonar."""
@@ -183,8 +277,10 @@ _AXES_DECIMALS = 12
 
 def _insonified_directions(
     transmit_beams: Beams, receive_beams: Beams | None, *, is_bistatic: bool
-) -> tuple[Floats, Floats]:
-    """Directions in the beams, out of a set all around the transmit array, each (any, 3); cached for the same arrays.
+) -> tuple[Floats, Floats, Floats]:
+    """Directions in the beams, out of a set all around the transmit array, each (any, 3), and the gain in the latter.
+
+    They are cached for the same arrays.
 
     Args:
         transmit_beams: Transmit beams.
@@ -197,13 +293,13 @@ def _insonified_directions(
         receive = receive_beams.rotated(np.round(receive_beams.axes @ frame.T, _AXES_DECIMALS) + 0.0)
         key += [receive.axes.tobytes(), receive.pattern_key]
     directions = _DIRECTIONS.get(tuple(key), lambda: _directions_in_beams(transmit, receive, is_bistatic=is_bistatic))
-    return directions[0] @ frame, directions[1] @ frame
+    return directions[0] @ frame, directions[1] @ frame, directions[2]
 
 
 def _directions_in_beams(
     transmit_beams: Beams, receive_beams: Beams | None, *, is_bistatic: bool
-) -> tuple[Floats, Floats]:
-    """Directions in the beams, in the frame of their axes, computed."""
+) -> tuple[Floats, Floats, Floats]:
+    """Directions in the beams in the frame of their axes, and the gain in the latter re the largest, computed."""
     azimuth, down = np.meshgrid(
         np.linspace(-np.pi, np.pi, _AZIMUTHS, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, _ELEVATIONS)
     )
@@ -218,7 +314,8 @@ def _directions_in_beams(
     transmit_directions, receive_directions = (
         direction[gain >= NEGLIGIBLE_GAIN * gain.max()] for gain in (transmit_gain, receive_gain)
     )
-    return transmit_directions, receive_directions
+    gain = receive_gain[receive_gain >= NEGLIGIBLE_GAIN * receive_gain.max()]
+    return transmit_directions, receive_directions, gain / gain.max()
 
 
 def _extremes(values: Floats) -> Floats:
