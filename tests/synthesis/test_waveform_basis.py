@@ -118,7 +118,7 @@ def gain_towards(here: PingGeometry, direction):
 
 
 @pytest.mark.parametrize("changes", [{}, {"heading": 2.0}, {"speed": 1.0}])
-def test_no_direction_is_stronger_than_the_spectrum_says(changes):
+def test_no_direction_is_stronger_than_in_the_spectrum(changes):
     """Half a million directions: gain re the largest at most that at the direction's Doppler factor."""
     line = {"kind": "line", "length": 0.5}
     here = underway(transmit=line, receive=line, receiver={"record": "beams"}, track=changes)
