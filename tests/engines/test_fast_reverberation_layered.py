@@ -199,7 +199,7 @@ def test_each_refracted_leg_is_that_of_the_eigenray_engine(
     legs = simulator.engine.path_pairs(here, ground).transmit_legs
     factors: list[float] = []
     for row, name in enumerate(legs.families):
-        pressure = np.abs(legs.amplitude[row]) * np.sqrt(np.maximum(np.sin(legs.grazing[row]), 0.0))
+        pressure = np.abs(legs.amplitude[row]) * np.sqrt(np.maximum(legs.grazing_sine[row], 0.0))
         reached = np.flatnonzero((amplitude[row] != 0) & (pressure > 0))
         assert len(reached) > 100
         error = (delay[row] - legs.delay[row])[reached]

@@ -72,9 +72,9 @@ def test_all_pairs_are_evaluated_everywhere():
         there = (
             (pairs.transmit_legs.amplitude[i] != 0)
             & (pairs.receive_legs.amplitude[j] != 0)
-            & (pairs.transmit_legs.grazing[i] != 0)
+            & (pairs.transmit_legs.grazing_sine[i] != 0)
         )
-        assert (pairs.strength[there & (pairs.receive_legs.grazing[j] != 0)] > 0).all()
+        assert (pairs.strength[there & (pairs.receive_legs.grazing_sine[j] != 0)] > 0).all()
 
 
 @pytest.mark.parametrize("importance_sampling", [True, False])

@@ -98,7 +98,7 @@ def test_the_ground_of_an_inclined_bed_receives_its_multiples_as_that_plane_has_
     for row, family in enumerate(legs.families):
         length, _, arrival = unfolded(family, points)
         np.testing.assert_allclose(legs.delay[row], length / 1500, rtol=0, atol=1e-8)
-        np.testing.assert_allclose(np.sin(legs.grazing[row]), -arrival @ up, atol=1e-5)
+        np.testing.assert_allclose(legs.grazing_sine[row], -arrival @ up, atol=1e-5)
         facing = -arrival @ up > 1e-3
         assert (legs.status[row][facing] == LegStatus.CLEAR).mean() > 0.99, family
 

@@ -21,7 +21,7 @@ DOWNWARD = {"depth": [0, 8, 20], "speed": [1505, 1500, 1490]}
 UPWARD = {"depth": [0, 20], "speed": [1400, 1600]}
 COLUMNS = (
     "delay", "length", "spreading", "absorption", "reflection_coefficient", "visibility", "status", "occluder",
-    "grazing", "departure", "arrival",
+    "grazing_sine", "departure", "arrival",
 )  # fmt: skip
 
 

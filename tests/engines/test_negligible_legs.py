@@ -48,7 +48,7 @@ def test_requested_legs_do_not_depend_on_which_others_are():
     some = simulator.engine.path_pairs(
         simulator.ping_geometry(0), scatterers, pair_importance.PairSelection(every.families, needed, None)
     ).transmit_legs
-    for name in ("delay", "amplitude", "arrival", "departure", "grazing", "status", "visibility"):
+    for name in ("delay", "amplitude", "arrival", "departure", "grazing_sine", "status", "visibility"):
         np.testing.assert_array_equal(getattr(some, name)[needed], getattr(every, name)[needed])
     assert not some.amplitude[~needed].any() and np.mean(every.amplitude[~needed] != 0) > 0.3
 

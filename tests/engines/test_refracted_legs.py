@@ -72,7 +72,7 @@ def test_where_the_speed_hardly_changes_rays_are_straight():
     assert {LegStatus.CLEAR, LegStatus.OCCLUDED} == set(np.unique(bent.status))
     np.testing.assert_allclose(bent.delay, straight.delay, rtol=1e-9)
     np.testing.assert_allclose(bent.amplitude, straight.amplitude, rtol=2e-6)
-    for name in ("departure", "arrival", "grazing", "length"):
+    for name in ("departure", "arrival", "grazing_sine", "length"):
         np.testing.assert_allclose(getattr(bent, name), getattr(straight, name), rtol=1e-8, atol=1e-8)
 
 

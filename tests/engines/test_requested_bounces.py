@@ -13,7 +13,7 @@ from oracles.scenes import nominal
 FAMILIES = ("D", "S", "BS", "SBS")
 COLUMNS = (
     "delay", "length", "spreading", "absorption", "reflection_coefficient", "visibility", "status", "occluder",
-    "grazing",
+    "grazing_sine",
            "departure", "arrival")  # fmt: skip
 
 

@@ -24,11 +24,11 @@ def legs(rng, families, count, none=0.25):
         "reflection_coefficient": rng.normal(size=length.shape) + 1j * rng.normal(size=length.shape),
         "visibility": rng.uniform(0.2, 1, length.shape) * np.exp(1j * rng.uniform(0, 1, length.shape)),
         "departure": way / np.linalg.norm(way, axis=-1, keepdims=True),
-        "grazing": rng.uniform(-np.pi / 2, np.pi / 2, length.shape),
+        "grazing_sine": np.sin(rng.uniform(-np.pi / 2, np.pi / 2, length.shape)),
     }  # fmt: skip
     lost = rng.uniform(size=length.shape) < none
     for name, column in made.items():
-        if name in ("length", "spreading", "absorption", "grazing"):
+        if name in ("length", "spreading", "absorption", "grazing_sine"):
             column[lost & (rng.uniform(size=length.shape) < 0.5)] = np.nan
     made["visibility"][lost & (rng.uniform(size=lost.shape) < 0.5)] = 0
     made["reflection_coefficient"][lost & (made["visibility"] != 0)] = 0
@@ -76,16 +76,16 @@ def gain(one, beam, way):
     return row(one["extent"], None, "uniform", right, steer) * element
 
 
-def contributed(case, grazing):
+def contributed(case, grazing_sine):
     """Root of what directions contribute to the cross section."""
-    return np.sqrt(np.interp(np.sin(np.abs(grazing)), np.linspace(0, 1, len(case["factor"])), case["factor"]))
+    return np.sqrt(np.interp(np.abs(grazing_sine), np.linspace(0, 1, len(case["factor"])), case["factor"]))
 
 
 def strength(case, p, i, j, n):
     """What scatterers n make of pair p of the legs i and j."""
     if case["strengths"] == "given":
         return case["given"][p, n]
-    made = contributed(case, case["out"]["grazing"][i, n]) * contributed(case, case["back"]["grazing"][j, n])
+    made = contributed(case, case["out"]["grazing_sine"][i, n]) * contributed(case, case["back"]["grazing_sine"][j, n])
     made = made * case["root"][n] * case["weight"][p]
     share = case["share"][p, case["stretch"][n]].astype(float)
     return made * np.where(case["number"][n] < share, 1 / np.sqrt(share), 0) if case["strengths"] == "thinned" else made

@@ -219,7 +219,7 @@ def test_a_body_shadows_itself():
     whole = solid_scatterers(ball.solids[0], ball.seabed, 1, 0.05, 0)
     direct = image_legs(ball, SONAR, whole, ("D", "S"), 100e3)
     assert not np.any(direct.status == LegStatus.OCCLUDED)
-    assert np.all((direct.status == LegStatus.FACING_AWAY) == (direct.grazing <= 0))
+    assert np.all((direct.status == LegStatus.FACING_AWAY) == (direct.grazing_sine <= 0))
     ring = world(
         {"shape": "tyre", "size": (4, 4, 1), "position": (0, 60), "base_depth": 13, "pitch": np.pi / 2, "heading": 0.2}
     )

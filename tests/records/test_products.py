@@ -16,11 +16,11 @@ NAMES = ("D", "B", "S", "BS")
 
 
 def legs(rng, families, count):
-    """Legs of which nothing but the grazing angle counts, from before and from behind."""
+    """Legs of which nothing but the sine of the grazing angle counts, from before and from behind."""
     one, way = np.ones((families, count)), np.ones((families, count, 3))
     return Legs(
         NAMES[:families], (0,) * families, one, one, one, one, one + 0j, one.astype(np.uint8), one, way, way,
-        rng.uniform(-np.pi / 2, np.pi / 2, (families, count)), one.astype(np.uint8), one.astype(np.int16),
+        rng.uniform(-1, 1, (families, count)), one.astype(np.uint8), one.astype(np.int16),
     )  # fmt: skip
 
 
@@ -50,7 +50,7 @@ def written(one):
     for p, (i, j) in enumerate(one.pair):
         for n in range(len(one.root_area)):
             parts = [
-                np.interp(np.sin(abs(end.grazing[k, n])), sines, one.direction_factor)
+                np.interp(abs(end.grazing_sine[k, n]), sines, one.direction_factor)
                 for end, k in ((one.transmit_legs, i), (one.receive_legs, j))
             ]
             made[p, n] = np.sqrt(parts[0] * parts[1]) * one.root_area[n] * one.weight[p]
@@ -118,8 +118,8 @@ def test_the_mean_of_squares_over_all_numbers_is_that_of_all_scatterers(keep_pro
     count = 4096
     one = replace(product(4, count=count, some=False), root_area=np.ones(count))
     level = (
-        replace(one.transmit_legs, grazing=np.full((2, count), 0.7)),
-        replace(one.receive_legs, grazing=np.full((3, count), 0.4)),
+        replace(one.transmit_legs, grazing_sine=np.full((2, count), np.sin(0.7))),
+        replace(one.receive_legs, grazing_sine=np.full((3, count), np.sin(0.4))),
     )
     one = replace(one, transmit_legs=level[0], receive_legs=level[1])
     number = np.random.default_rng(1).permutation(count).astype(np.float32) / count

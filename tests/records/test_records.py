@@ -65,7 +65,7 @@ def test_records_refuse_columns_of_unequal_length():
     here = simulator.ping_geometry(0)
     legs = next(iter(simulator.engine.all_pairs(here))).transmit_legs
     with pytest.raises(ValueError, match="grazing"):
-        replace(legs, grazing=legs.grazing[:, :0])
+        replace(legs, grazing_sine=legs.grazing_sine[:, :0])
 
 
 def test_the_page_of_a_lab_notebook():

@@ -132,7 +132,7 @@ def test_parts_deposited_one_after_the_other_are_the_whole_bit_for_bit(strength)
 def test_what_is_not_there_may_be_anything():
     """Legs of no visibility, or with a mirror that returns nothing, hold NaN or numbers: the bits are the same."""
     case, other = world(4, 600), world(4, 600)
-    for name in ("length", "spreading", "absorption", "grazing"):
+    for name in ("length", "spreading", "absorption", "grazing_sine"):
         column = other["out"][name]
         assert np.isnan(column).any()
         column[:] = np.nan_to_num(column, nan=0.7)

@@ -1,6 +1,5 @@
 """Straight legs off local planes: their nodes over the seabed, and their columns. Plain numbers and arrays only."""
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -75,8 +74,8 @@ class BouncedLegs(NamedTuple):
     """Direction of travel at the sonar, (all, 3)."""
     arrival: Floats
     """Direction of travel at the point, (all, 3)."""
-    grazing: Floats
-    """Angle between the ray and the point's interface [rad], (all,)."""
+    grazing_sine: Floats
+    """Sine of the angle between the ray and the point's interface [1], (all,)."""
     status: Floats
     """`LegStatus`, (all,)."""
     occluder: Floats
@@ -100,7 +99,9 @@ def write_bounced_legs(
         soft: True if `visibility` is the factor of terrain alone on legs that targets cut.
     """
     path, reflection, attenuation, clear = reflected
-    delay, length, spreading, absorption, boundary, departure, arrival, grazing, status, occluder, visibility = legs
+    (
+        delay, length, spreading, absorption, boundary, departure, arrival, grazing_sine, status, occluder, visibility,
+    ) = legs  # fmt: skip
     for m in range(reflected_rows.size):
         n = reflected_rows[m]
         delay[n], length[n], spreading[n] = path.length[m] * slowness, path.length[m], 1 / path.length[m]
@@ -109,7 +110,7 @@ def write_bounced_legs(
         for i in range(3):
             departure[n, i], arrival[n, i] = path.departure[m, i], path.arrival[m, i]
             sine -= path.arrival[m, i] * normal[n, i]
-        grazing[n] = math.asin(min(max(sine, -1.0), 1.0))
+        grazing_sine[n] = min(max(sine, -1.0), 1.0)
         free = normal[n, 0] == 0 and normal[n, 1] == 0 and normal[n, 2] == 0
         behind = sine <= 0 and not free
         # a face turned away from the ray off the mean plane may face this one

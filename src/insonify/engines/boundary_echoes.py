@@ -177,7 +177,7 @@ def boundary_echo_pairs(transmitter: Scatterers, receive: Legs) -> Pairs:
     transmit = replace(
         receive, families=tuple(name[::-1] for name in receive.families), delay=zeros, length=zeros, spreading=ones,
         absorption=ones, reflection_coefficient=ones.astype(complex), visibility=ones, caustics=0 * receive.caustics,
-        departure=-receive.arrival, arrival=-receive.arrival, grazing=zeros,
+        departure=-receive.arrival, arrival=-receive.arrival, grazing_sine=zeros,
         status=np.full_like(receive.status, LegStatus.CLEAR), occluder=np.full_like(receive.occluder, -1), caustic=None,
         glints=None if receive.glints is None else GlintPhasors(receive.glints.bounce_id, ones.astype(complex)),
         aperture_expansion=None,

@@ -163,7 +163,8 @@ def face_rows(legs: Legs, face: FlatFace, number: int, count: int, reached: Mark
     """
     n, rows = len(reached), len(legs.families)
     columns: dict[str, Any] = {}
-    for name in ("delay", "spreading", "grazing", "absorption", "reflection_coefficient", "visibility", "caustics"):
+    unreflected = "delay", "spreading", "grazing_sine", "absorption", "reflection_coefficient", "visibility", "caustics"
+    for name in unreflected:
         column = getattr(legs, name)
         columns[name] = np.zeros((rows, n), column.dtype)
         columns[name][:, reached] = column

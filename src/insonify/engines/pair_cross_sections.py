@@ -36,7 +36,8 @@ def cross_sections(
     else:  # pair by pair, which saves the memory of vectors for all
         azimuths = [_azimuth(scatterers.normal, transmit_legs.arrival[a], receive_legs.arrival[b]) for a, b in pair]
         azimuth = np.array(azimuths).reshape(len(pair), len(scatterers))
-    return np.asarray(law.cross_section(np.abs(transmit_legs.grazing[i]), np.abs(receive_legs.grazing[j]), azimuth))
+    incident, scattered = (np.arcsin(np.abs(legs.grazing_sine)) for legs in (transmit_legs, receive_legs))
+    return np.asarray(law.cross_section(incident[i], scattered[j], azimuth))
 
 
 def _compiled_sections(

@@ -318,5 +318,5 @@ def _displace_refracted(
 
 
 _COPIED_COLUMNS = (
-    "delay", "length", "spreading", "absorption", "departure", "arrival", "grazing", "status", "visibility",
+    "delay", "length", "spreading", "absorption", "departure", "arrival", "grazing_sine", "status", "visibility",
 )  # fmt: skip

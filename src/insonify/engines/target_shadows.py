@@ -67,9 +67,9 @@ def shadow_sector(
     if last == PROBES - 1:
         return ShadowSector(float(bearing), half, nearest, farthest)
     shadow_end = float(distance[min(last + 1, PROBES - 1)])
-    terrain, grazing = scene.seabed.terrain, legs.grazing[0, last]
+    terrain, sine = scene.seabed.terrain, float(legs.grazing_sine[0, last])
     lower = 0.0 if terrain is None else terrain.span[1] - scene.seabed.depth
     if soft:
         lower += np.sqrt(ping_geometry.wavelength * shadow_end) / 2  # about the penumbra of an edge half way
-    tangent = float(np.tan(grazing)) if np.isfinite(grazing) else 0.0
+    tangent = sine / np.sqrt(1 - sine**2) if abs(sine) < 1 else 0.0
     return ShadowSector(float(bearing), half, nearest, min(farthest, shadow_end + lower / max(tangent, 1e-3)))

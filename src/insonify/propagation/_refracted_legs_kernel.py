@@ -65,8 +65,8 @@ class RefractedLegs(NamedTuple):
     """Direction of travel at the sonar, (rows, n, 3)."""
     arrival: Floats
     """Direction of travel at the point, (rows, n, 3)."""
-    grazing: Floats
-    """Angle between the ray and the point's interface [rad], (rows, n)."""
+    grazing_sine: Floats
+    """Sine of the angle between the ray and the point's interface [1], (rows, n)."""
     status: Integers
     """`LegStatus`, (rows, n)."""
     occluder: Integers
@@ -117,7 +117,7 @@ def refracted_leg_row(
     source, _, distance, depth, norths, easts, speed = geometry
     source_depth = source[2]
     delay, length, slowness, status = legs.delay[row], legs.length[row], legs.slowness[row], legs.status[row]
-    spreading, caustics, grazing = legs.spreading[row], legs.caustics[row], legs.grazing[row]
+    spreading, caustics, grazing_sine = legs.spreading[row], legs.caustics[row], legs.grazing_sine[row]
     departure, arrival = legs.departure[row], legs.arrival[row]
     for n in range(delay.size):
         north, east = norths[n], easts[n]
@@ -144,10 +144,10 @@ def refracted_leg_row(
         departure[n, 0], departure[n, 1], departure[n, 2] = launch * north, launch * east, down
         arrival[n, 0], arrival[n, 1], arrival[n, 2] = landing * north, landing * east, arrival_down
         if status[n] != CLEAR:
-            grazing[n] = 0.0
+            grazing_sine[n] = 0.0
             continue
         sine = -(landing * (north * normals[n, 0] + east * normals[n, 1]) + arrival_down * normals[n, 2])
-        grazing[n] = math.asin(min(1.0, max(-1.0, sine)))
+        grazing_sine[n] = min(1.0, max(-1.0, sine))
         # A point without a normal scatters in all directions.
         free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
         if not (sine > 0 or free):

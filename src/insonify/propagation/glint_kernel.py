@@ -118,8 +118,8 @@ class GlintLegs(NamedTuple):
     """Unit vectors of travel at the sonar, (n, 3)."""
     arrival: Floats
     """Unit vectors of travel at the points, (n, 3)."""
-    grazing: Floats
-    """Grazing angle [rad], (n,)."""
+    grazing_sine: Floats
+    """Sine of the grazing angle [1], (n,)."""
     status: NDArray[np.uint8]
     """`LegStatus`, (n,)."""
     visibility: Any
@@ -385,7 +385,7 @@ def apply_glints_to_row(
         _turn(legs.arrival[n], change, 4)
         arrival = legs.arrival[n]
         sine = -(arrival[0] * normal[n, 0] + arrival[1] * normal[n, 1] + arrival[2] * normal[n, 2])
-        legs.grazing[n] = math.asin(min(max(sine, -1.0), 1.0))
+        legs.grazing_sine[n] = min(max(sine, -1.0), 1.0)
         if sine <= 0 and (normal[n, 0] != 0 or normal[n, 1] != 0 or normal[n, 2] != 0):
             if legs.status[n] == 0:
                 legs.status[n] = _FACING_AWAY

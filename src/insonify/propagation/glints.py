@@ -66,7 +66,7 @@ GRADIENT_COUNTER = STAGGER + 1
 """Fourth counter of the random numbers for a glint's phase gradient over the surface."""
 LEG_COLUMNS = (
     "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "departure",
-    "arrival", "grazing", "status", "occluder",
+    "arrival", "grazing_sine", "status", "occluder",
 )  # fmt: skip
 """Columns of legs that every row has."""
 
@@ -339,7 +339,7 @@ class GlintSurface:
         )  # fmt: skip
         columns = GlintLegs(
             legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
-            legs.grazing[row], legs.status[row], legs.visibility[row],
+            legs.grazing_sine[row], legs.status[row], legs.visibility[row],
         )  # fmt: skip
         waves = self.waves if self.bed is None else self.bed.waves
         assert waves is not None  # legs touch no rough boundary otherwise
@@ -423,7 +423,7 @@ def update_grazing(legs: Legs, row: int, normal: Floats) -> None:
     """Update the grazing angles of changed arrivals; legs that now arrive from behind are removed."""
     free = np.all(normal == 0, axis=1)
     sine = -np.sum(legs.arrival[row] * normal, axis=1)
-    legs.grazing[row] = np.arcsin(np.clip(sine, -1.0, 1.0))
+    legs.grazing_sine[row] = np.clip(sine, -1.0, 1.0)
     behind = (sine <= 0) & ~free
     clear = legs.status[row] == LegStatus.CLEAR
     legs.status[row][clear & behind] = LegStatus.FACING_AWAY

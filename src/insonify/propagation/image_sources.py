@@ -62,7 +62,7 @@ def image_legs(
         absorption=np.exp(absorption, out=absorption),
         reflection_coefficient=_boundary(scene, strings, departure[..., 2], flat_bottom=flat_bottom),
         caustics=np.zeros((f, n), np.uint8), visibility=(status == LegStatus.CLEAR).astype(float), departure=departure,
-        arrival=arrival, grazing=np.arcsin(grazing_sine, out=grazing_sine), status=status, occluder=occluder,
+        arrival=arrival, grazing_sine=grazing_sine, status=status, occluder=occluder,
     )  # fmt: skip
 
 

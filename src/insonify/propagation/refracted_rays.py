@@ -279,12 +279,12 @@ class RefractedRays:
             for branch in range(rays.branch_count)
         ]
         shape = len(rows), len(scatterers)
-        delay, length, spreading, slowness, grazing = np.empty((5, *shape))
+        delay, length, spreading, slowness, grazing_sine = np.empty((5, *shape))
         departure, arrival = np.empty((2, *shape, 3))
         caustics, status = np.empty((2, *shape), np.uint8)
         occluder = np.full(shape, -1, np.int16)
         legs = RefractedLegs(
-            delay, length, spreading, caustics, slowness, departure, arrival, grazing, status, occluder
+            delay, length, spreading, caustics, slowness, departure, arrival, grazing_sine, status, occluder
         )  # fmt: skip
         water, speed = self.layers, float(np.interp(geometry.source[2], self.layers.depth, self.layers.speed))
         normals, near_folds = np.ascontiguousarray(scatterers.normal), []
@@ -308,7 +308,7 @@ class RefractedRays:
             spreading=spreading, absorption=np.exp(-absorption_np_per_m(self.scene.water, frequency) * length),
             reflection_coefficient=self._boundary(families, to_points, slowness), caustics=caustics,
             visibility=(status == LegStatus.CLEAR).astype(float), departure=departure, arrival=arrival,
-            grazing=grazing, status=status, occluder=occluder, caustic=phase,
+            grazing_sine=grazing_sine, status=status, occluder=occluder, caustic=phase,
         )  # fmt: skip
 
     def _boundary(

@@ -204,7 +204,8 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
         receive_branch=np.full(n, receive.branch[j], np.uint8), caustics=transmit.caustics[i] + receive.caustics[j],
         object=np.full(n, points.object), position=pairs.positions(row), departure=transmit.departure[i],
         arrival=direction,
-        transmit_grazing=transmit.grazing[i], receive_grazing=receive.grazing[j], doppler=doppler,
+        transmit_grazing=np.arcsin(transmit.grazing_sine[i]), receive_grazing=np.arcsin(receive.grazing_sine[j]),
+        doppler=doppler,
     )  # fmt: skip
 
 

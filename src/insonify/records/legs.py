@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 _COLUMNS = (
-    "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "grazing",
+    "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "grazing_sine",
     "status", "occluder",
 )  # fmt: skip
 
@@ -80,8 +80,8 @@ class Legs:
     """Unit vector of travel at the sonar, away from it, in the world, shape (f, n, 3)."""
     arrival: Floats
     """Unit vector of travel at the point, towards it, in the world, shape (f, n, 3)."""
-    grazing: Floats
-    """Angle between the arriving ray and the point's interface [rad]; negative from behind."""
+    grazing_sine: Floats
+    """Sine of the angle between the arriving ray and the point's interface [1]; negative from behind."""
     status: NDArray[np.uint8]
     """Value of `LegStatus`."""
     occluder: NDArray[np.int16]

@@ -83,7 +83,7 @@ class SeparableStrengths:
 
     def _direction_factors(self, legs: Legs) -> Floats:
         """Root of each leg's factor in the cross section [1], shape (f, n)."""
-        sine = np.sin(np.abs(legs.grazing))
+        sine = np.abs(legs.grazing_sine)
         if len(self.direction_factor) == 2:  # a line, several times faster than a table
             return np.sqrt(self.direction_factor[0] + (self.direction_factor[1] - self.direction_factor[0]) * sine)
         return np.sqrt(np.interp(sine, np.linspace(0, 1, len(self.direction_factor)), self.direction_factor))

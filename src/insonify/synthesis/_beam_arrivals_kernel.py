@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
 from insonify.propagation.wavefront import MIN_RADIUS
 from insonify.sonar.beam_kernels import BeamTables, array_cosines, beam_amplitude, element_amplitude
@@ -54,7 +53,7 @@ class LegColumns(NamedTuple):
     visibility: Complexes
     departure: Floats
     """Direction away from the sonar, (f, n, 3)."""
-    grazing: Floats
+    grazing_sine: Floats
 
 
 class Transmitter(NamedTuple):
@@ -173,7 +172,7 @@ def _fill_leg(
         leg.scatterer[np.uintp(count)] = k
         count += (visibility[k] != 0) & (boundary[k] != 0)
     spreading, absorption = legs.spreading[f, part_start:end], legs.absorption[f, part_start:end]
-    length, grazing = legs.length[f, part_start:end], legs.grazing[f, part_start:end]
+    length, grazing_sine = legs.length[f, part_start:end], legs.grazing_sine[f, part_start:end]
     departure = legs.departure[f, part_start:end]
     c = leg.column
     for k in range(count):
@@ -181,7 +180,7 @@ def _fill_leg(
         loss, occlusion, reflection = spreading[n] * absorption[n], visibility[n], boundary[n]
         c[_REAL + k] = (occlusion.real * reflection.real - occlusion.imag * reflection.imag) * loss
         c[_IMAGINARY + k] = (occlusion.real * reflection.imag + occlusion.imag * reflection.real) * loss
-        c[_LENGTH + k], c[_FACTOR + k] = length[n], grazing[n]
+        c[_LENGTH + k], c[_FACTOR + k] = length[n], grazing_sine[n]
         c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = departure[n, 0], departure[n, 1], departure[n, 2]
     if extra_attenuation != 0:
         for k in range(count):
@@ -193,22 +192,21 @@ def _fill_leg(
 
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
-def _direction_factor_roots(factor: Floats, grazing_to_root: Floats) -> None:
-    """Replace grazing angles by the root of the direction factor of the cross section; by 1 for no factors."""
+def _direction_factor_roots(factor: Floats, sine_to_root: Floats) -> None:
+    """Replace sines of grazing angles by the root of the cross section's direction factor; by 1 for no factors."""
     rows = factor.size - 1
     if rows < 1:
-        for k in range(grazing_to_root.size):
-            grazing_to_root[k] = 1.0
+        for k in range(sine_to_root.size):
+            sine_to_root[k] = 1.0
         return
-    for k in range(grazing_to_root.size):
-        sine, _ = sincos_cycles(abs(grazing_to_root[k]) * (0.5 / math.pi))
-        grazing_to_root[k] = min(np.float64(sine), 1.0) * rows
+    for k in range(sine_to_root.size):
+        sine_to_root[k] = abs(sine_to_root[k]) * rows
     first, slope = factor[0], factor[1] - factor[0]
-    for k in range(grazing_to_root.size if rows == 1 else 0):
-        grazing_to_root[k] = math.sqrt(first + grazing_to_root[k] * slope)
-    for k in range(grazing_to_root.size if rows > 1 else 0):
-        row = min(int(grazing_to_root[k]), rows - 1)
-        grazing_to_root[k] = math.sqrt(factor[row] + (grazing_to_root[k] - row) * (factor[row + 1] - factor[row]))
+    for k in range(sine_to_root.size if rows == 1 else 0):
+        sine_to_root[k] = math.sqrt(first + sine_to_root[k] * slope)
+    for k in range(sine_to_root.size if rows > 1 else 0):
+        row = min(int(sine_to_root[k]), rows - 1)
+        sine_to_root[k] = math.sqrt(factor[row] + (sine_to_root[k] - row) * (factor[row + 1] - factor[row]))
 
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")

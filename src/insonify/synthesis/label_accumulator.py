@@ -239,7 +239,8 @@ class LabelAccumulator:
         )  # fmt: skip
         for channel in range(1 if powers is not None else self.geometry.channel_count):
             points = LabelledPoints(
-                legs.delay, transmit[channel % len(transmit)], receive[channel % len(receive)], legs.grazing,
+                legs.delay, transmit[channel % len(transmit)], receive[channel % len(receive)],
+                np.arcsin(legs.grazing_sine),
                 strength, pairs.scatterers.position, row,
             )  # fmt: skip
             some = slice(None) if powers is not None else slice(channel, channel + 1)
@@ -294,7 +295,7 @@ class LabelAccumulator:
         rows: Any = slice(None) if point_rows is None else point_rows
         position, strength = pairs.positions(0)[rows], np.abs(pairs.strength[:, rows])
         transmit, receive = (
-            PoweredLegs(legs.delay[:, rows], power, legs.grazing[:, rows])
+            PoweredLegs(legs.delay[:, rows], power, np.arcsin(legs.grazing_sine[:, rows]))
             for legs, power in ((pairs.transmit_legs, transmit_power), (pairs.receive_legs, receive_power))
         )
         by_delay = DelayCells(bins_by_key[key], grid.start, grid.rate)

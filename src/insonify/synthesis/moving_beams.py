@@ -93,7 +93,7 @@ def _leg_columns(legs: Legs) -> LegColumns:
     contiguous = np.ascontiguousarray
     return LegColumns(
         contiguous(legs.delay), contiguous(legs.length), contiguous(legs.spreading), contiguous(legs.absorption),
-        contiguous(reflection), contiguous(visibility), contiguous(legs.departure), contiguous(legs.grazing),
+        contiguous(reflection), contiguous(visibility), contiguous(legs.departure), contiguous(legs.grazing_sine),
     )  # fmt: skip
 
 

@@ -70,7 +70,8 @@ def deposit_specular_labels(
     transmit_weights = leg_weights(transmit_legs, ping_geometry.transmit_beams, frequency, source_amplitude)
     receive_weights = leg_weights(pairs.receive_legs, ping_geometry.receive_beams, ping_geometry.frequency)
     position = pairs.scatterers.position - ping_geometry.receive_position
-    grazing = (np.abs(pairs.transmit_legs.grazing[i]) + np.abs(pairs.receive_legs.grazing[j])) / 2
+    transmitted, received = (np.abs(legs.grazing_sine) for legs in (pairs.transmit_legs, pairs.receive_legs))
+    grazing = (np.arcsin(transmitted)[i] + np.arcsin(received)[j]) / 2
     columns = [*np.broadcast_to(position.T[:, None], (3, *bin_number.shape)), grazing]
     for channel, (pressure, incoherent) in enumerate(zip(sums.pressure, sums.incoherent, strict=True)):
         weight = (
