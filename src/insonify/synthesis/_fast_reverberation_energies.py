@@ -10,8 +10,10 @@ from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
 from insonify.sonar.beam_kernels import BeamTables, element_gain
 from insonify.synthesis._gridding import deposit_energy
+from insonify.synthesis._simd_cubics import LANES, multiply_by_cubics
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 
 BLOCK = 512
 """Energies that are computed before they are deposited: few enough for the first-level cache."""
@@ -26,6 +28,8 @@ class MovingArray(NamedTuple):
     """Displacement of the array per path length, and its growth per second of delay, (2, 3)."""
     is_moving: bool
     """True if the array moves or rotates."""
+    is_rotating: bool
+    """True if it rotates."""
 
 
 class WeightedSamples(NamedTuple):
@@ -88,53 +92,101 @@ def leg_amplitudes(
         array: Orientation and displacement of the array; its axes are used instead of the beam's own.
         out: Result: signed amplitude [1], (f, n).
     """
-    axes, displacement, is_moving = array
     _, steer, scale, tables, per_unit, element = beams
     across, down, piston_across, piston_down = tables
-    forward, right, below, gain = np.empty((4, BLOCK))
+    work, first = np.empty((5, BLOCK)), np.empty(BLOCK, np.uint32)
+    forward, right, below, gain, fraction = work[0], work[1], work[2], work[3], work[4]  # contiguous, unlike unpacked
     for f in range(departure.shape[0]):
         for begin in range(0, departure.shape[2], BLOCK):
             m = min(BLOCK, departure.shape[2] - begin)
             leg, leg_gain = amplitude[f, begin : begin + m], out[f, begin : begin + m]
             north, east = departure[f, 0, begin : begin + m], departure[f, 1, begin : begin + m]
             depth = departure[f, 2, begin : begin + m]
-            for k in range(0 if is_moving else m):
-                x, y, z = np.float64(north[k]), np.float64(east[k]), np.float64(depth[k])
-                forward[k] = x * axes[0, 0, 0] + y * axes[0, 0, 1] + z * axes[0, 0, 2]
-                right[k] = x * axes[0, 1, 0] + y * axes[0, 1, 1] + z * axes[0, 1, 2]
-                below[k] = x * axes[0, 2, 0] + y * axes[0, 2, 1] + z * axes[0, 2, 2]
-            for k in range(m if is_moving else 0):
-                t = delay[f, begin + k]
-                x = np.float64(north[k]) - displacement[0, 0] - t * displacement[1, 0]
-                y = np.float64(east[k]) - displacement[0, 1] - t * displacement[1, 1]
-                z = np.float64(depth[k]) - displacement[0, 2] - t * displacement[1, 2]
-                a, r = _rotated_component(axes, 0, t, x, y, z), _rotated_component(axes, 1, t, x, y, z)
-                b = _rotated_component(axes, 2, t, x, y, z)
-                size = 1 / math.sqrt(a * a + r * r + b * b)
-                forward[k], right[k], below[k] = a * size, r * size, b * size
+            _turn_to_array(array, delay[f, begin : begin + m], north, east, depth, forward, right, below)
             for k in range(m):
                 size = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
                 gain[k] = size * scale[0] * element_gain(element, forward[k])
-            _multiply_by_pattern(across, per_unit[0], steer[0, 0], right[:m], gain)
-            _multiply_by_pattern(down, per_unit[1], steer[0, 1], below[:m], gain)
-            _multiply_by_pattern(piston_across, per_unit[2], 0.0, right[:m], gain)
-            _multiply_by_pattern(piston_down, per_unit[3], 0.0, below[:m], gain)
+            _multiply_by_pattern(across, per_unit[0], steer[0, 0], right[:m], gain, first, fraction)
+            _multiply_by_pattern(down, per_unit[1], steer[0, 1], below[:m], gain, first, fraction)
+            _multiply_by_pattern(piston_across, per_unit[2], 0.0, right[:m], gain, first, fraction)
+            _multiply_by_pattern(piston_down, per_unit[3], 0.0, below[:m], gain, first, fraction)
             for k in range(m):
                 leg_gain[k] = gain[k]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _multiply_by_pattern(table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats) -> None:
-    """Multiply gains by a pattern at some direction cosines, as `insonify.sonar.beam_kernels.interpolate_pattern`."""
+def _turn_to_array(
+    array: MovingArray, delay: Floats, north: Singles, east: Singles, down: Singles, forward: Floats, right: Floats,
+    below: Floats,
+) -> None:  # fmt: skip
+    """Components of directions along the axes of an array.
+
+    Args:
+        array: The array.
+        delay: One-way delay at which it receives [s], (m,).
+        north: North component of each direction [1], (m,).
+        east: East component [1], (m,).
+        down: Down component [1], (m,).
+        forward: Result, component along the first axis [1], (at least m,).
+        right: Result, along the second [1], (at least m,).
+        below: Result, along the third [1], (at least m,).
+    """
+    axes, displacement, is_moving, is_rotating = array
+    for k in range(0 if is_moving else delay.size):
+        x, y, z = np.float64(north[k]), np.float64(east[k]), np.float64(down[k])
+        forward[k] = x * axes[0, 0, 0] + y * axes[0, 0, 1] + z * axes[0, 0, 2]
+        right[k] = x * axes[0, 1, 0] + y * axes[0, 1, 1] + z * axes[0, 1, 2]
+        below[k] = x * axes[0, 2, 0] + y * axes[0, 2, 1] + z * axes[0, 2, 2]
+    for k in range(delay.size if is_moving and not is_rotating else 0):
+        t = delay[k]
+        x = np.float64(north[k]) - displacement[0, 0] - t * displacement[1, 0]
+        y = np.float64(east[k]) - displacement[0, 1] - t * displacement[1, 1]
+        z = np.float64(down[k]) - displacement[0, 2] - t * displacement[1, 2]
+        a = x * axes[0, 0, 0] + y * axes[0, 0, 1] + z * axes[0, 0, 2]
+        r = x * axes[0, 1, 0] + y * axes[0, 1, 1] + z * axes[0, 1, 2]
+        b = x * axes[0, 2, 0] + y * axes[0, 2, 1] + z * axes[0, 2, 2]
+        size = 1 / math.sqrt(a * a + r * r + b * b)
+        forward[k], right[k], below[k] = a * size, r * size, b * size
+    for k in range(delay.size if is_rotating else 0):
+        t = delay[k]
+        x = np.float64(north[k]) - displacement[0, 0] - t * displacement[1, 0]
+        y = np.float64(east[k]) - displacement[0, 1] - t * displacement[1, 1]
+        z = np.float64(down[k]) - displacement[0, 2] - t * displacement[1, 2]
+        a, r = _rotated_component(axes, 0, t, x, y, z), _rotated_component(axes, 1, t, x, y, z)
+        b = _rotated_component(axes, 2, t, x, y, z)
+        size = 1 / math.sqrt(a * a + r * r + b * b)
+        forward[k], right[k], below[k] = a * size, r * size, b * size
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _multiply_by_pattern(
+    table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats, first: NDArray[np.uint32],
+    fraction: Floats,
+) -> None:  # fmt: skip
+    """Multiply gains by a pattern at some direction cosines, as `insonify.sonar.beam_kernels.interpolate_pattern`.
+
+    Args:
+        table: Cubics of the pattern, (rows, 4).
+        per_unit: Rows per unit of the cosine [1].
+        axis: Cosine about which the pattern is symmetric [1].
+        cosine: Direction cosines [1], (m,).
+        gain: Result, (at least m,).
+        first: Scratch, (at least m,).
+        fraction: Scratch, (at least m,).
+    """
     if table.shape[0] == 0:
         return
-    cubics, last = table.reshape(table.size), np.uint32(table.shape[0] - 1)
+    cubics, last, quads = table.reshape(table.size), np.uint32(table.shape[0] - 1), cosine.size // LANES * LANES
     one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
     for k in range(cosine.size):
         position = abs(cosine[k] - axis) * per_unit
         row = min(np.uint32(position), last)
-        t, first = position - np.float64(row), np.uint64(4) * np.uint64(row)
-        gain[k] *= cubics[first] + t * (cubics[first + one] + t * (cubics[first + two] + t * cubics[first + three]))
+        first[k], fraction[k] = np.uint32(4) * row, position - np.float64(row)
+    for k in range(np.uint64(0), np.uint64(quads), np.uint64(LANES)):
+        multiply_by_cubics(cubics, first, fraction, gain, k)
+    for k in range(np.uint64(quads), np.uint64(cosine.size)):
+        start, t = np.uint64(first[k]), fraction[k]
+        gain[k] *= cubics[start] + t * (cubics[start + one] + t * (cubics[start + two] + t * cubics[start + three]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

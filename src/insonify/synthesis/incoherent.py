@@ -422,7 +422,7 @@ def _leg_amplitudes(
     """Amplitude of every leg times the gain of one beam [1], shape (f, n); moving_axes: from `moving_array_axes`."""
     amplitude = np.empty(swath.delay.shape, np.float32)
     axes, drift = moving_axes or (np.array([beams.axes] * 3), np.zeros((2, 3)))
-    array = MovingArray(axes, drift, moving_axes is not None)
+    array = MovingArray(axes, drift, moving_axes is not None, bool(axes[1:].any()) and moving_axes is not None)
     leg_amplitudes(swath.departure, swath.amplitude, swath.delay, beams.kernel_tables, array, amplitude)
     return amplitude
 
