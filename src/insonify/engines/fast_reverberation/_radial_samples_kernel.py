@@ -55,7 +55,6 @@ def count_samples(radials: Floats, step: float, bins: RangeBins, keep_probabilit
     pair_offsets, interference_offsets = lists.pair_offsets, lists.interference_offsets
     pair_count = pair.shape[0]
     first_sample, of_pair = np.empty(edges.size, np.int64), np.empty(pair_count, np.int64)
-    below = np.zeros(FULL_PROBABILITY + 1, np.int64)  # number of samples of a bin with a priority below each
     n, ranges, rows, longest = 0, 0, 0, 0
     list_offsets[0], interference_offsets[0] = 0, 0
     for s in range(radials.shape[0]):
@@ -64,25 +63,39 @@ def count_samples(radials: Floats, step: float, bins: RangeBins, keep_probabilit
         first_bin, end_bin, count = range_bins_of(radials[s], spacing, edges, keep, first_sample)
         of_pair[:] = 0
         for b in range(first_bin, end_bin):
-            if first_sample[b + 1] == first_sample[b]:
-                continue
-            below[:] = 0
-            for k in range(first_sample[b], first_sample[b + 1]):
-                below[1 + priority_of(radials[s, column.NUMBER], k)] += 1
-            for probability in range(FULL_PROBABILITY):
-                below[probability + 1] += below[probability]
-            largest = np.uint8(0)
-            for p in range(pair_count):
-                largest = max(largest, keep[b, p])
-                of_pair[p] += below[keep[b, p]]
-            n += below[largest]
-            ranges += 1 if interferes[b] and below[largest] > 0 else 0
+            probability, kept, largest = np.uint8(0), 0, 0
+            for p in range(pair_count if first_sample[b + 1] > first_sample[b] else 0):
+                if keep[b, p] != probability:  # else as of the pair before
+                    probability = keep[b, p]
+                    kept = _count_kept(radials[s, column.NUMBER], first_sample[b], first_sample[b + 1], probability)
+                of_pair[p] += kept
+                largest = max(largest, kept)
+            n += largest
+            ranges += 1 if interferes[b] and largest > 0 else 0
         for p in range(pair_count):
             pair_offsets[s, p], rows = rows, rows + of_pair[p]
         pair_offsets[s, pair_count] = rows
         sample_counts[s], longest = count, max(longest, count)
         list_offsets[s + 1], interference_offsets[s + 1] = n, ranges
     return longest
+
+
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
+def _count_kept(number: float, first: int, stop: int, probability: int) -> int:
+    """Number of the samples of a radial, from a first one on, that have a priority below a keep probability.
+
+    Args:
+        number: Number of the radial.
+        first: Number of the first sample.
+        stop: Number after that of the last.
+        probability: The keep probability, 0 to `FULL_PROBABILITY`.
+    """
+    if probability >= FULL_PROBABILITY:
+        return stop - first
+    kept, position = 0, int(number) * _RADIAL_INCREMENT + (first + 1) * _SAMPLE_INCREMENT
+    for k in range(stop - first):
+        kept += ((position + k * _SAMPLE_INCREMENT) >> 27) & 31 < probability
+    return kept
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -135,6 +148,16 @@ def list_samples(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
+def _largest(probabilities: Integers) -> Any:
+    """Largest of some keep probabilities."""
+    largest, p = np.uint8(0), np.uint64(0)
+    while p < np.uint64(probabilities.size):
+        largest = max(largest, probabilities[p])
+        p += np.uint64(1)
+    return largest
+
+
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def _list_points(
     radial_number: float, crossed: tuple[int, int], first_sample: Integers, family_probability: Integers,
     sample_number: Integers, requested_families: Integers, priority: Integers, first_point: Integers,
@@ -154,21 +177,30 @@ def _list_points(
     Returns:
         Families requested at any point.
     """
-    n, all_families = 0, np.int32(0)
+    n: Any = 0
+    all_families = np.int32(0)
     first_point[crossed[0]] = 0
     for b in range(crossed[0], crossed[1]):
-        begin, largest = n, np.uint8(0)
+        begin, first, largest = n, first_sample[b], _largest(family_probability[b])
+        many = first_sample[b + 1] - first if largest > 0 else 0
+        numbers, priorities, families = sample_number[n:], priority[n:], requested_families[n:]
+        if largest >= FULL_PROBABILITY:
+            for k in range(many):
+                numbers[k], priorities[k] = first + k, priority_of(radial_number, first + k)
+            n += many
+        else:
+            m = np.uint64(0)  # unsigned: a signed index costs a test
+            for k in range(many):
+                numbers[m], priorities[m] = first + k, priority_of(radial_number, first + k)
+                m += np.uint64(priorities[m] < largest)
+            n += np.int64(m)
         for f in range(family_probability.shape[1]):
-            largest = max(largest, family_probability[b, f])
-        for k in range(first_sample[b], first_sample[b + 1] if largest > 0 else 0):
-            sample_number[n], priority[n] = k, priority_of(radial_number, k)
-            n += priority[n] < largest
-        for i in range(begin, n):
-            family_bits = np.int32(0)
-            for f in range(family_probability.shape[1]):
-                family_bits |= np.int32(priority[i] < family_probability[b, f]) << f
-            requested_families[i] = family_bits
-            all_families |= family_bits
+            probability, bit, any_kept = family_probability[b, f], np.int32(1 << f), np.int32(0)
+            for i in range(n - begin):
+                kept = bit if priorities[i] < probability else np.int32(0)
+                families[i] = kept if f == 0 else families[i] | kept
+                any_kept |= kept
+            all_families |= any_kept
         first_point[b + 1] = n
     return all_families
 
@@ -191,16 +223,25 @@ def _list_rows(
     Returns:
         Number of rows.
     """
-    row = 0
+    row: Any = 0
     for p in range(keep_probability.shape[1]):
         for b in range(crossed[0], crossed[1]):
-            probability = keep_probability[b, p]
+            probability, first, many = keep_probability[b, p], first_point[b], first_point[b + 1] - first_point[b]
             if probability == 0:
                 continue
             inverse = np.float32(FULL_PROBABILITY / probability)
-            for i in range(first_point[b], first_point[b + 1]):
-                pair_points[row], inverse_probability[row] = i, inverse
-                row += priority[i] < probability
+            keeps_all = probability == _largest(keep_probability[b])
+            points, inverses, priorities = pair_points[row:], inverse_probability[row:], priority[first:]
+            if keeps_all:
+                for k in range(many):
+                    points[k], inverses[k] = first + k, inverse
+                row += many
+            else:
+                m = np.uint64(0)  # unsigned: a signed index costs a test
+                for k in range(many):
+                    points[m], inverses[m] = first + k, inverse
+                    m += np.uint64(priorities[k] < probability)
+                row += np.int64(m)
     return row
 
 
@@ -284,13 +325,15 @@ def family_probabilities(
     """
     requested[:] = False
     for b in range(crossed[0], crossed[1]):
+        probabilities = family_probability[b]
         for f in range(requested.size):
-            family_probability[b, f] = 0
+            probabilities[f] = 0
         for p in range(pair.shape[0] if first_sample[b + 1] > first_sample[b] else 0):
             for leg in range(2):
-                f = pair[p, leg]
-                family_probability[b, f] = max(family_probability[b, f], keep_probability[b, p])
-                requested[f] |= keep_probability[b, p] > 0
+                g = np.uint64(pair[p, leg])
+                probabilities[g] = max(probabilities[g], keep_probability[b, p])
+        for f in range(requested.size):
+            requested[f] |= probabilities[f] > 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
