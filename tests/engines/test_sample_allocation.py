@@ -261,6 +261,20 @@ def test_all_energy_has_arrived_in_the_end():
     assert arrived.ravel()[order[0]] == pytest.approx(0, abs=1e-9)
 
 
+def test_what_has_arrived_is_interpolated_as_numpy_does():
+    """Pairs with equal delays, and stretches without energy: between a thousand times, to the bit."""
+    rng = np.random.default_rng(2)
+    for pairs, bins in ((1, 48), (6, 48), (3, 1)):
+        late = np.cumsum(rng.uniform(0, 0.1, (pairs, bins + 1)) ** 3, axis=1)
+        energy = rng.exponential(size=(pairs, bins)) ** 4
+        late[:, 1 : bins // 4], energy[:, : bins // 3] = late[:, 1:2], 0.0
+        times = np.linspace(late.min(), late.max(), 1024)
+        sums = [
+            np.interp(times, *one) for one in zip(late, np.cumsum(np.pad(energy, ((0, 0), (1, 0))), 1), strict=True)
+        ]
+        np.testing.assert_array_equal(arrived_energy(late, energy), np.interp(late, times, np.add.reduce(sums)))
+
+
 def test_one_pair_alone_has_arrived_as_it_was_sent():
     """Between its own edges the running sum is that of its own stretches, to the grid of times."""
     late, energy = np.linspace(0.01, 0.2, 21)[None], np.linspace(1, 3, 20)[None]

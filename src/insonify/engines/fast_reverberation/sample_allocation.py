@@ -11,6 +11,7 @@ Source: Neyman (1934), J. R. Stat. Soc. 97(4), optimum allocation in stratified 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ from insonify.engines.fast_reverberation._sample_allocation_kernel import (
 from insonify.engines.fast_reverberation.level_legs import LevelLegs, level_legs
 from insonify.engines.radial_tables import STRAIGHT, RefractionTable
 from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.recent_results import Identity, RecentResults
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.sonar.ping_geometry import PingGeometry
 
@@ -95,12 +97,15 @@ def allocate_samples(
                         lambda _: np.zeros((0, 1, len(pair)), np.float32))  # fmt: skip
     nearest, farthest = float(radials[:, column.START].min()), float(radials[:, column.STOP].max())
     edges = nearest + (farthest - nearest) * EDGE_FRACTIONS
-    source, speed = float(ping_geometry.transmit_position[2]), ping_geometry.sound_speed
-    image_depths = np.array([image_depth(name, source, depth) for name in families])
-    legs = partial(level_legs, refraction, image_depths, speed)
-    in_bins = legs((edges[1:] + edges[:-1]) / 2, depth)
-    climb = np.ascontiguousarray(in_bins.climb)
-    strength = _strengths(in_bins, pair, law, reflection_products, absorption_db, slope)
+    water = _LevelWater(
+        float(ping_geometry.transmit_position[2]), depth, rise, ping_geometry.sound_speed, absorption_db, slope,
+        families, Identity(refraction),
+    )  # fmt: skip
+    level = _LEVEL_PAIRS.get(
+        (water, *map(Identity, (law, reflection_products)), edges.tobytes()),
+        lambda: _level_pairs(water, refraction, law, reflection_products, edges),
+    )
+    climb, strength = level.climb, level.strength
     transmit, receive = ping_geometry.transmit_beams.kernel_tables, ping_geometry.receive_beams.kernel_tables
     same_beams = ping_geometry.same_beams
 
@@ -113,12 +118,11 @@ def allocate_samples(
     pulse, sums = ping_geometry.pulse, np.empty((RANGE_BINS, len(pair)))
     add_radials(energy.reshape(len(radials), -1), sums.reshape(-1))
     total = sums.T
-    pair_delay = legs(edges, depth).delay[pair].sum(axis=1)
-    durations = np.maximum(np.diff(pair_delay, axis=1), pulse.effective_duration) / pulse.effective_duration
+    pair_delay, duration = level.delay, pulse.effective_duration
+    durations = np.maximum(np.diff(pair_delay, axis=1), duration) / duration
     energy_sum = np.diff(arrived_energy(pair_delay, total), axis=1) / durations
     received = np.ascontiguousarray((total / durations >= NEGLIGIBLE * energy_sum).T)
-    levels = [legs(edges, depth + shift).delay for shift in (-rise, rise)] if len(pair) > 1 else []
-    pair_group = _interfering_pairs(levels, pair, INTERFERENCE_PULSES * pulse.effective_duration, received)
+    pair_group = _interfering_pairs(level.extremes, pair, INTERFERENCE_PULSES * duration, received)
     costly = has_bottom_bounce & (slope > 0)
     full_energy = np.ascontiguousarray(
         np.maximum(FULL_SAMPLING_ENERGY * np.where(costly, BOUNCE_COST_FACTOR, 1.0)[:, None] * energy_sum, 1e-300).T
@@ -142,6 +146,62 @@ def allocate_samples(
         radials, pair, edges, keep_probabilities(radials, row), (pair_group != np.arange(len(pair))).any(axis=1),
         energies,
     )  # fmt: skip
+
+
+class _LevelWater(NamedTuple):
+    """What the legs of a sonar to a level seabed depend on, beside its reflection."""
+
+    source: float
+    """Depth of the sonar [m]."""
+    depth: float
+    """Depth of the mean seabed [m]."""
+    rise: float
+    """Largest height of the seabed above or below it [m]."""
+    speed: float
+    """Sound speed of straight rays [m/s]."""
+    absorption_db: float
+    """Absorption of the water [dB/m]."""
+    slope: float
+    """Assumed slope of the seabed [1]."""
+    families: tuple[str, ...]
+    """Families that reach the seabed."""
+    refraction: Identity
+    """Refraction table of the families."""
+
+
+class _LevelPairs(NamedTuple):
+    """Pairs of legs to a level seabed, in all attitudes of a sonar."""
+
+    climb: Floats
+    """See `LevelLegs`, in the middle of each range bin [m], (f, b)."""
+    strength: Floats
+    """Cross section of each pair times the squares of both legs' pressures [m^-4], (p, b)."""
+    delay: Floats
+    """Travel time of each pair to the edges of the range bins [s], (p, b + 1)."""
+    extremes: list[Floats]
+    """Travel times of the families to these edges over the highest and the deepest level [s], (f, b + 1) each; none
+    where there is one pair."""
+
+
+_LEVEL_PAIRS: RecentResults[_LevelPairs] = RecentResults(8)
+"""Of the last depths; both sides of a sonar share them."""
+
+
+def _level_pairs(
+    water: _LevelWater, refraction: RefractionTable, law: CompiledLaw, reflection_products: NDArray[np.complex64],
+    edges: Floats,
+) -> _LevelPairs:  # fmt: skip
+    """Pairs of legs to a level seabed; arguments see `allocate_samples`."""
+    pair, depth = _pairs_of(water.families)[0], water.depth
+    image_depths = np.array([image_depth(name, water.source, depth) for name in water.families])
+    legs = partial(level_legs, refraction, image_depths, water.speed)
+    in_bins = legs((edges[1:] + edges[:-1]) / 2, depth)
+    return _LevelPairs(
+        np.ascontiguousarray(in_bins.climb),
+        _strengths(in_bins, pair, law, reflection_products, water.absorption_db, water.slope),
+        legs(edges, depth).delay[pair].sum(axis=1),
+        [legs(edges, depth + shift).delay for shift in (-water.rise, water.rise)] if len(pair) > 1 else [],
+    )
 
 
 @lru_cache(maxsize=32)
