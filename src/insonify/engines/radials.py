@@ -10,6 +10,7 @@ Low gains need few points: there radials are wider, and their samples farther ap
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -98,7 +99,7 @@ def _radials(
     cell_count = int(np.ceil(2 * np.pi / cell / CELLS_PER_SECTOR)) * CELLS_PER_SECTOR
     source, height = float(ping_geometry.transmit_position[2]), window_range.vertical_distance
     boresight = float(np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]))
-    zones = _zones(window_range, height, _image_verticals(boundary.families, source, boundary.depth), boundary)
+    zones = _zones(window_range, height, source, boundary)
     most = int((cell_count // zones.merged).sum())
     middle, radials = np.empty(most), np.empty((most, 9))
     n = lay_radials(
@@ -120,11 +121,12 @@ def _radials(
     return radials
 
 
+@lru_cache(maxsize=8)  # both sides of a sonar have the same
 def _zones(
-    window_range: ReachableRange, height: float, image_verticals: tuple[Floats, NDArray[np.bool_]],
-    boundary: ViewedBoundary,
+    window_range: ReachableRange, height: float, source: float, boundary: ViewedBoundary,
 ) -> RadialZones:  # fmt: skip
     """Zones of the received distances, halved from the farthest inwards, with the verticals of each image source."""
+    image_verticals = _image_verticals(boundary.families, source, boundary.depth)
     inner, outer, merged = [], [], []
     distance = window_range.farthest
     while distance > window_range.nearest and distance > 0:

@@ -5,6 +5,7 @@ same scatterers in every ping. A ping uses the tiles in reach of its window and 
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from insonify.engines import _resolution_kernel as kernel
 from insonify.engines._gain_bound_kernel import BoundEnd, raise_gain_bounds
 from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import GlintSpread
+from insonify.ocean.water import Water
 from insonify.propagation.propagation_model import PropagationModel, ReachableRange, departure_cones
 from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_SCALE, TILE, ScattererGrid, Tiles
 from insonify.scene.scene import Scene
@@ -119,7 +121,13 @@ def track_sound_speed(scene: Scene, ping_geometry: PingGeometry) -> float:
     The same at every ping, where the speed at the sonar's own depth is not: in layered water a sonar that heaves
     would find other cells at each.
     """
-    return float(np.min(scene.water.sound_speed_at(np.array(ping_geometry.track_depths))))
+    return _smallest_speed(scene.water, ping_geometry.track_depths)
+
+
+@lru_cache(maxsize=16)
+def _smallest_speed(water: Water, depths: tuple[float, ...]) -> float:
+    """Smallest sound speed at some depths [m/s]."""
+    return float(np.min(water.sound_speed_at(np.array(depths))))
 
 
 def min_track_height(track_extent: TrackExtent, boundary_depth: float) -> float:

@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.recent_results import Identity
+from insonify.recent_results import Identity, RecentResults
 from insonify.sonar import beam_arrays as beam_arrays  # stand-ins of the kernels
 from insonify.sonar.aperture import ApertureSide, pattern, read_only
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
@@ -71,7 +71,7 @@ class Beams:
         """Number of beams."""
         return len(self.steer)
 
-    @property
+    @cached_property
     def pattern_key(self) -> tuple[Hashable, ...]:
         """Key that identifies these beams, but for their attitude."""
         return (self.steer.tobytes(), self.scale.tobytes(), self.element, *map(Identity, self.tables))
@@ -84,9 +84,7 @@ class Beams:
     @cached_property
     def kernel_majorants(self) -> BeamMajorants:
         """The beams' majorants as a tuple for kernels."""
-        first = np.arange(0, self.channel_count, CHANNELS_PER_BLOCK)
-        ends = [end.reduceat(side, first) for side in self.steer.T for end in (np.minimum, np.maximum)]
-        blocks = np.stack([*ends, np.maximum.reduceat(self.scale, first)], axis=1)
+        blocks = _BLOCKS.get(self.pattern_key, lambda: _channel_blocks(self.steer, self.scale))
         return BeamMajorants(self.axes, self.steer, self.scale, self.majorants, self.per_unit, self.element, blocks)
 
     def equals(self, other: "Beams") -> bool:
@@ -96,12 +94,15 @@ class Beams:
             other: Other beams.
         """
         return self is other or (
-            self.element == other.element and np.array_equal(self.steer, other.steer)
-            and np.array_equal(self.axes, other.axes) and np.array_equal(self.scale, other.scale)
-            and np.array_equal(self.per_unit, other.per_unit)
-            # equal tables are one object only as long as the first is cached
-            and all(a is b or np.array_equal(a, b) for a, b in zip(self.tables, other.tables, strict=True))
+            self.element == other.element
+            # equal patterns are one object only as long as the first is cached
+            and all(a is b or np.array_equal(a, b) for a, b in zip(self._arrays, other._arrays, strict=True))
         )  # fmt: skip
+
+    @property
+    def _arrays(self) -> tuple[Floats, ...]:
+        """Axes and all that makes up the patterns."""
+        return self.axes, self.steer, self.scale, self.per_unit, *self.tables
 
     def single_beam(self, channel: int) -> "Beams":
         """The beam of one channel alone; an array with one beam has the same for every channel.
@@ -171,6 +172,16 @@ class Beams:
         out = np.empty(len(rows))
         beam_bounds(rows, margins, self.kernel_majorants, out)
         return out.reshape(d.shape[:-1])
+
+
+_BLOCKS: RecentResults[Floats] = RecentResults(16)
+
+
+def _channel_blocks(steer: Floats, scale: Floats) -> Floats:
+    """Bounds of the steering, and the largest scale, of each block of channels: see `BeamMajorants`."""
+    first = np.arange(0, len(steer), CHANNELS_PER_BLOCK)
+    ends = [end.reduceat(side, first) for side in steer.T for end in (np.minimum, np.maximum)]
+    return np.stack([*ends, np.maximum.reduceat(scale, first)], axis=1)
 
 
 def beams(

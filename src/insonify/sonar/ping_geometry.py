@@ -7,6 +7,7 @@ Positions and attitudes are those at the start of the pulse; the motion from the
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -309,11 +310,12 @@ class MountedSonar:
         """Beams at one attitude and sound speed, without the cache."""
         sonar, frequency = self.sonar, self.sonar.pulse.frequency
         rotation, receive_rotation = array_rotation(sonar, bodies[0]), receiver_rotation(sonar, bodies[1])
-        transmit, receive, full_aperture = sonar.beam_arrays[0], sonar.beam_arrays[-1], None
+        (transmit, receive), full_aperture = self._beam_arrays, None
         if self._elements is not None:
             full_aperture = beams(filled_aperture(sonar.receive), frequency, speeds[1], receive_rotation)
             receive = single_element(sonar.receive)
-        first_beam_axis = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
+        ahead, right = self._first_beam
+        first_beam_axis = rotation[0] * ahead + rotation[1] * right
         transmit_beams = beams(transmit, frequency, speeds[0], rotation)
         receive_beams = beams(receive, frequency, speeds[1], receive_rotation)
         receive_beams = transmit_beams if transmit_beams.equals(receive_beams) else receive_beams
@@ -342,6 +344,16 @@ class MountedSonar:
     @cached_property
     def _arrays(self) -> tuple[AnyArray, AnyArray]:
         return self.sonar.arrays
+
+    @cached_property
+    def _beam_arrays(self) -> tuple[Any, Any]:
+        """Transmit and receive array that form beams, a transmit array alone twice."""
+        return self.sonar.beam_arrays[0], self.sonar.beam_arrays[-1]
+
+    @cached_property
+    def _first_beam(self) -> tuple[float, float]:
+        """Components ahead and to the right of the axis of the first beam [1]."""
+        return np.cos(self.sonar.steers[0]), np.sin(self.sonar.steers[0])
 
     @cached_property
     def _lever_arms(self) -> Floats:
