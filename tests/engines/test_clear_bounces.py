@@ -6,6 +6,7 @@ import pytest
 from insonify.engines.fast_reverberation._line_of_sight_kernel import (
     RadialProfile,
     mark_clear_bounces,
+    mark_lit_samples,
     mark_reached_samples,
     mark_used_horizons,
     running_horizon,
@@ -36,10 +37,11 @@ def reached(terrain: np.ndarray, channel: IsovelocityChannel, table: FamilyTable
         running_horizon(terrain, table.horizon_image_depths[row], table.horizon_rising[row], STEP, 0.4, (0, COUNT),
                         slope[row], horizon[row])  # fmt: skip
     profile = RadialProfile(terrain, COUNT, 0.4, STEP, slope, horizon)
-    found, number = np.zeros(COUNT, np.int32), np.arange(COUNT, dtype=np.int32)
+    found, number = np.empty(COUNT, np.int32), np.arange(COUNT, dtype=np.int32)
     requested = np.full(COUNT, (1 << len(FAMILIES)) - 1, np.int32)
-    for f in range(len(FAMILIES)):
-        mark_reached_samples(f, found, number, requested, profile, channel, table, clear)
+    mark_lit_samples(int(requested[0]), profile, 0, table, clear, found)
+    for f in np.flatnonzero(~clear):
+        mark_reached_samples(f, found, number, requested, profile, channel, table)
     return found
 
 

@@ -36,7 +36,7 @@ class RadialProfile(NamedTuple):
     """Launch horizons of `running_horizon` [1], (horizons, samples)."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def running_horizon(
     terrain: Singles, image: float, rising: bool, step: float, start_steps: float, samples: tuple[int, int],
     launch_slope: Singles, horizon: Singles,
@@ -61,7 +61,7 @@ def running_horizon(
     running_extreme(rising, samples, launch_slope, horizon)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def running_extreme(rising: bool, samples: tuple[int, int], launch_slope: Singles, horizon: Singles) -> None:
     """Fill the launch horizons of `running_horizon` from the launch slopes."""
     begin, count = samples
@@ -127,7 +127,7 @@ def bounce_count(family: int, families: FamilyTable) -> int:
     return bounces
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def first_occluding_sample(listed: int, channel: IsovelocityChannel, families: FamilyTable) -> int:
     """First sample of a radial that may occlude one from a given one on, in rays that do not rise off the seabed.
 
@@ -149,10 +149,36 @@ def first_occluding_sample(listed: int, channel: IsovelocityChannel, families: F
     return max(int(OCCLUDING_MARGIN * ratio * listed) - 1, 0)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
+def mark_lit_samples(
+    family_bits: int, profile: RadialProfile, first: int, families: FamilyTable, clear: NDArray[np.bool_],
+    lit_families: Integers,
+) -> None:  # fmt: skip
+    """Mark the samples of a radial that the last segment of each family of `mark_clear_bounces` reaches.
+
+    Args:
+        family_bits: Families that are requested, a bit for each.
+        profile: Terrain and launch horizons along the radial.
+        first: First sample that is needed.
+        families: Tables of the families.
+        clear: Result of `mark_clear_bounces`.
+        lit_families: Result from that sample on, such families of each, a bit for each, (samples,).
+    """
+    depth, lit = profile.terrain[first : profile.sample_count], lit_families[first : profile.sample_count]
+    lit[:] = 0
+    for f in range(clear.size):
+        if clear[f] and family_bits & (1 << f) != 0:
+            bit, row = np.int32(1 << f), families.horizon_row[f, bounce_count(f, families)]
+            slope = profile.launch_slope[row, first : profile.sample_count]
+            least = profile.horizon[row, first : profile.sample_count]
+            for k in range(lit.size):
+                lit[k] |= bit if (slope[k] <= least[k]) & (depth[k] > 0) else np.int32(0)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_reached_samples(
     family: int, reached_families: Integers, sample_number: Integers, requested_families: Integers,
-    profile: RadialProfile, channel: IsovelocityChannel, families: FamilyTable, clear: NDArray[np.bool_],
+    profile: RadialProfile, channel: IsovelocityChannel, families: FamilyTable,
 ) -> None:  # fmt: skip
     """Mark the listed samples of a radial that one family reaches; only for terrain below the sonar.
 
@@ -164,18 +190,13 @@ def mark_reached_samples(
         profile: Terrain and launch horizons along the radial.
         channel: Water of the straight rays.
         families: Tables of the families.
-        clear: Result of `mark_clear_bounces`.
     """
     terrain, bounces, codes = profile.terrain, bounce_count(family, families), families.bounce_codes[family]
     work, columns = np.empty(2), np.empty(8, np.float32)
-    bit, none = np.int32(1 << family), np.int32(0)
+    bit = np.int32(1 << family)
     horizon_row = families.horizon_row[family, bounces]
     launch_slope, horizon = profile.launch_slope[horizon_row], profile.horizon[horizon_row]
-    for i in range(sample_number.size if clear[family] else 0):
-        k = np.uint32(sample_number[i])
-        unobstructed = (launch_slope[k] <= horizon[k]) & (terrain[k] > 0)
-        reached_families[i] |= requested_families[i] & (bit if unobstructed else none)
-    for i in range(0 if clear[family] else sample_number.size):
+    for i in range(sample_number.size):
         index = sample_number[i]
         if (requested_families[i] & bit) != 0 and launch_slope[index] <= horizon[index] and terrain[index] > 0:
             distance = (index + profile.start_steps) * profile.step

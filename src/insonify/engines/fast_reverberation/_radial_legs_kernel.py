@@ -113,7 +113,7 @@ def exp2_nonpositive(x: Any) -> Any:
     return scale * (e0 + part * (e1 + part * (e2 + part * (e3 + part * (e4 + part * (e5 + part * e6))))))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False, fastmath=_FAST)
 def facet_normals(facets: Facets, cos_h: float, sin_h: float, cell_width: Floats) -> None:
     """Fill unit normals into the water, and areas, of facets.
 
@@ -133,7 +133,7 @@ def facet_normals(facets: Facets, cos_h: float, sin_h: float, cell_width: Floats
         area[i] = np.float32(distance[i] * cell_width[i]) * stretch
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False, fastmath=_FAST)
 def straight_legs(
     facets: Facets, depth: Floats, image: FamilyImage, bearings: RadialBearings, reached_families: Integers,
     legs: FamilyLegs,
@@ -168,7 +168,7 @@ def straight_legs(
     drop_unreached(facets, np.int32(1 << image.family), reached_families, legs)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False, fastmath=_FAST)
 def drop_unreached(facets: Facets, bit: np.int32, reached_families: Integers, legs: FamilyLegs) -> None:
     """Set pressures to 0 where a family does not reach a sample, has no ray or the facet faces away; fill root slants.
 
@@ -202,7 +202,7 @@ def root_direction_factor(factor: Singles, root_slant: Any) -> float:
     return math.sqrt(factor[cell] + (index - cell) * (factor[cell + 1] - factor[cell]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def apply_direction_factor(factor: Singles, root_slant: Singles, pressure: Singles) -> None:
     """Multiply pressures by the root of the direction's factor of a separable scattering law.
 

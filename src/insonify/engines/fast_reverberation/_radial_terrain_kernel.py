@@ -96,7 +96,7 @@ def mark_passing(
             passing[t, s] = angle <= half_angle[t] + radials[s, column.CELL_WIDTH] / 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def sample_radial_terrain(
     frame: RadialFrame, radial: Floats, samples: tuple[int, int], mean_depth: float, tiles: MapTiles,
     node_index: Integers, depth: Singles, slope: Singles,

@@ -15,6 +15,7 @@ from insonify.engines.fast_reverberation._line_of_sight_kernel import (
     RadialProfile,
     first_occluding_sample,
     mark_clear_bounces,
+    mark_lit_samples,
     mark_reached_samples,
     mark_used_horizons,
     running_extreme,
@@ -86,6 +87,7 @@ def walk_radials(
     horizon_count = families.horizon_image_depths.size
     launch_slope, horizon = np.empty((2, horizon_count, max_sample_count), np.float32)
     node_index, size = np.empty(max_sample_count, np.uint32), BLOCK + max_list_length
+    lit = np.empty(max_sample_count, np.int32)
     refracted = families.refraction.nodes.size > 0
     block = SampleBlock(np.empty((6, size), np.float32), np.empty(size, np.int32), np.empty((4, size), np.float32),
                         np.empty(size), np.empty(8 * size if refracted else 0, np.float32))  # fmt: skip
@@ -113,14 +115,16 @@ def walk_radials(
                 else:
                     running_horizon(line_depth, families.horizon_image_depths[w], rising, spacing,
                                     start_steps, span, launch_slope[w], horizon[w])  # fmt: skip
-            gather_samples(lists, (begin, stop, n - block_start, n), radials[s], frame, line_depth, slope, block,
-                           legs.range_depth)  # fmt: skip
             profile = RadialProfile(line_depth, span[1], start_steps, spacing, launch_slope, horizon)
+            mark_lit_samples(lists.family_bits[list_row], profile, span[0], families, clear, lit)
+            gather_samples(lists, (begin, stop, n - block_start, n), radials[s], frame, line_depth, slope, lit, block,
+                           legs.range_depth)  # fmt: skip
             for f in range(families.image_depths.size):
-                mark_reached_samples(
-                    f, block.reached_families[n - block_start :], lists.sample_number[begin:stop],
-                    lists.requested_families[begin:stop], profile, channel, families, clear,
-                )  # fmt: skip
+                if not clear[f] and lists.family_bits[list_row] & (1 << f) != 0:
+                    mark_reached_samples(
+                        f, block.reached_families[n - block_start :], lists.sample_number[begin:stop],
+                        lists.requested_families[begin:stop], profile, channel, families,
+                    )  # fmt: skip
             family_bits |= lists.family_bits[list_row]
             n += stop - begin
         if n - block_start < BLOCK and s + 1 < radials.shape[0]:
@@ -198,10 +202,10 @@ def legs_to_samples(
             amplitude[f, n + i] = pressure[i] * (low + fraction * (high - low))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def gather_samples(
     lists: SampleLists, rows: tuple[int, int, int, int], radial: Floats, frame: RadialFrame, line_depth: Singles,
-    slope: Singles, block: SampleBlock, range_depth: Floats,
+    slope: Singles, lit_families: Integers, block: SampleBlock, range_depth: Floats,
 ) -> None:  # fmt: skip
     """Gather the listed samples of one radial into a block.
 
@@ -212,7 +216,8 @@ def gather_samples(
         frame: Frame of the radials.
         line_depth: Depth at all samples of the radial [m], (samples,).
         slope: Slopes along the axes of the map at all samples [1], (2, samples).
-        block: Result, without families (0).
+        lit_families: Result of `mark_lit_samples`.
+        block: Result, with the requested ones of these families.
         range_depth: Result, see `RadialLegs`.
     """
     begin, stop, first, n = rows
@@ -224,18 +229,20 @@ def gather_samples(
     source, target, sample = np.uint64(begin), np.uint64(first), np.uint64(n)
     number, listed, beam_n, beam_e = lists.sample_number, lists.distance, lists.beam_bearing[0], lists.beam_bearing[1]
     slope_a, slope_b, facet_a, facet_b = slope[0], slope[1], block.facet[0], block.facet[1]
+    requested = lists.requested_families
     cosines, sines, norths, easts = block.bearing[0], block.bearing[1], block.bearing[2], block.bearing[3]
     distance, depth, reached, width = range_depth[0], range_depth[1], block.reached_families, block.cell_width
     for i in range(np.uint64(stop - begin)):
         k = np.uint32(number[source + i])
         distance[sample + i], depth[sample + i] = listed[source + i], line_depth[k]
-        facet_a[target + i], facet_b[target + i], reached[target + i] = slope_a[k], slope_b[k], 0
+        facet_a[target + i], facet_b[target + i] = slope_a[k], slope_b[k]
+        reached[target + i] = requested[source + i] & lit_families[k]
     for i in range(np.uint64(stop - begin)):
         cosines[target + i], sines[target + i], width[target + i] = north, east, cell_width
         norths[target + i], easts[target + i] = beam_n[source + i], beam_e[source + i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def append_pair_samples(
     lists: SampleLists, list_row: int, area: Singles, n: int, rows: Integers, weight: Singles, sample_count: Integers
 ) -> None:
@@ -260,7 +267,7 @@ def append_pair_samples(
         sample_count[p] += points.size
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def append_interference_ranges(
     lists: SampleLists, list_row: int, n: int, interference_ranges: Integers, ranges: int
 ) -> int:
