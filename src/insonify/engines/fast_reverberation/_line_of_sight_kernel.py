@@ -70,11 +70,29 @@ def running_extreme(rising: bool, samples: tuple[int, int], launch_slope: Single
         for k in range(count - 1, begin - 1, -1):
             most = max(most, launch_slope[k])
             horizon[k] = most
-    else:
-        least = np.float32(np.inf)
-        for k in range(begin, count):
-            least = min(least, launch_slope[k])
-            horizon[k] = least
+        return
+    size, part = count - begin, (count - begin) // 4
+    # four parts side by side: each minimum waits for the one before it
+    first, second, third = np.float32(np.inf), np.float32(np.inf), np.float32(np.inf)
+    fourth = np.float32(np.inf)
+    slopes_1, least_1 = launch_slope[begin : begin + part], horizon[begin : begin + part]
+    slopes_2, least_2 = launch_slope[begin + part : begin + 2 * part], horizon[begin + part : begin + 2 * part]
+    slopes_3, least_3 = launch_slope[begin + 2 * part : begin + 3 * part], horizon[begin + 2 * part : begin + 3 * part]
+    slopes_4, least_4 = launch_slope[begin + 3 * part : count], horizon[begin + 3 * part : count]
+    for k in range(part):
+        first, second = min(first, slopes_1[k]), min(second, slopes_2[k])
+        third, fourth = min(third, slopes_3[k]), min(fourth, slopes_4[k])
+        least_1[k], least_2[k], least_3[k], least_4[k] = first, second, third, fourth
+    for k in range(part, size - 3 * part):
+        fourth = min(fourth, slopes_4[k])
+        least_4[k] = fourth
+    second = min(first, second)
+    third = min(second, third)
+    for k in range(part):
+        least_2[k] = min(least_2[k], first)
+        least_3[k] = min(least_3[k], second)
+    for k in range(size - 3 * part):
+        least_4[k] = min(least_4[k], third)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
