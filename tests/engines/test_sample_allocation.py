@@ -319,7 +319,7 @@ def test_terrain_left_out_before_the_first_evaluated_sample_hides_nothing(famili
     table = FamilyTable(images, bounce_codes, horizon_row, images, np.zeros(len(images), bool), np.zeros((1, 2)),
                         np.zeros(0), 0.0)  # fmt: skip
     listed, count = 1000, 1200
-    begin = first_occluding_sample(listed, channel, table)
+    begin = first_occluding_sample(listed, channel, table, np.ones(len(images), bool))
     assert 0.7 * listed < begin < listed
     seen = []
     for peak in range(begin - 10, listed):
@@ -337,10 +337,11 @@ def test_terrain_left_out_before_the_first_evaluated_sample_hides_nothing(famili
 
 
 def test_no_terrain_is_left_out_where_rays_rise_off_the_seabed():
-    """A ray that rises off the seabed may be hidden by any terrain on its path."""
+    """A ray that rises off the seabed may be hidden by any terrain on its path, unless its bounces are clear."""
     channel = IsovelocityChannel(10.0, 20.0, 1500.0, 0.01, (19.0, 21.0))
     bounce_codes, horizon_row, launches = bounce_tables(("D", "BS"))
     images = np.array([image_depth(name, channel.sonar_depth, channel.water_depth) for name in launches])
     rising = np.array([name.endswith("B") for name in launches])
     table = FamilyTable(images, bounce_codes, horizon_row, images, rising, np.zeros((1, 2)), np.zeros(0), 0.0)
-    assert first_occluding_sample(1000, channel, table) == 0
+    assert first_occluding_sample(1000, channel, table, np.ones(len(images), bool)) == 0
+    assert 700 < first_occluding_sample(1000, channel, table, ~rising) < 1000

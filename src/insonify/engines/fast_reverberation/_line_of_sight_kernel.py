@@ -146,7 +146,9 @@ def bounce_count(family: int, families: FamilyTable) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
-def first_occluding_sample(listed: int, channel: IsovelocityChannel, families: FamilyTable) -> int:
+def first_occluding_sample(
+    listed: int, channel: IsovelocityChannel, families: FamilyTable, used: NDArray[np.bool_]
+) -> int:
     """First sample of a radial that may occlude one from a given one on, in rays that do not rise off the seabed.
 
     In water of one sound speed a ray to the seabed is steeper than any to the deepest seabed as far away; no nearer
@@ -156,10 +158,13 @@ def first_occluding_sample(listed: int, channel: IsovelocityChannel, families: F
         listed: Number of the first sample that is evaluated.
         channel: Water of the straight rays, with the span of the seabed.
         families: Tables of the families.
+        used: Result of `mark_used_horizons`.
     """
     highest, lowest = channel.terrain_span
     ratio = 1.0
     for row in range(families.horizon_image_depths.size):
+        if not used[row]:
+            continue
         above, below = highest - families.horizon_image_depths[row], lowest - families.horizon_image_depths[row]
         if families.horizon_rising[row] or above <= 0 or families.refraction.nodes.size > 0:
             return 0

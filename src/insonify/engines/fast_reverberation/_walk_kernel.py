@@ -101,7 +101,8 @@ def walk_radials(
         begin, stop = lists.list_offsets[list_row], lists.list_offsets[list_row + 1]
         if stop > begin:
             spacing, start_steps = frame.step * radials[s, column.STRIDE], radials[s, column.FIRST_SAMPLE]
-            span = first_occluding_sample(lists.sample_number[begin], channel, families), lists.sample_counts[list_row]
+            first = first_occluding_sample(lists.sample_number[begin], channel, families, used)
+            span = first, lists.sample_counts[list_row]
             sample_radial_terrain(frame, radials[s], span, channel.water_depth, tiles, node_index, line_depth, slope)
             for w in range(horizon_count):
                 if not (used[w] and lists.needed_horizons[list_row, w]):
