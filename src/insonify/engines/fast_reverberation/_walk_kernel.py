@@ -142,7 +142,7 @@ def walk_radials(
     return ranges
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def legs_to_samples(
     samples: tuple[int, int], heading: float, channel: IsovelocityChannel, table: FamilyTable, family_bits: int,
     block: SampleBlock, legs: RadialLegs,
