@@ -1,34 +1,148 @@
 """Energy scattered back by the seabed along each radial, by pair of families: sonar equation over a flat seabed."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import radial_columns as column
 from insonify.jit import njit
-from insonify.sonar.beam_kernels import BeamTables, array_cosines, element_gain, interpolate_pattern
+from insonify.sonar.beam_kernels import BeamTables, element_gain
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 
 POINTS_NARROW, POINTS_WIDE = 2, 5
 """Positions in a range bin of a radial at which the beams are evaluated, for radials of one cell and for wide ones."""
+ORDER_NARROW, ORDER_WIDE = (
+    np.array([((2 * k + 1) * count // 2 + k) % count for k in range(count)], float)
+    for count in (POINTS_NARROW, POINTS_WIDE)
+)
+"""Places of successive ones of these along the bin, so that both width and length are covered evenly."""
+POINTS_TOGETHER = 512
+"""Points of successive radials, at least, at which beams are evaluated together, in the first-level cache."""
 GOLDEN = 0.6180339887498949
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def gain_towards(x: float, y: float, z: float, beams: BeamTables) -> float:
-    """Amplitude of the first beam in the direction of a unit vector in the world [1], as `beam_kernels.beam_gains`."""
-    w, u, v = array_cosines(beams.axes, x, y, z)
-    # no local names for the fields of `beams`: numba would count references to these arrays
-    gain = beams.scale[0] * element_gain(beams.element, w)
-    gain *= interpolate_pattern(beams.tables[0], beams.per_unit[0], u - beams.steer[0, 0]) * interpolate_pattern(
-        beams.tables[1], beams.per_unit[1], v - beams.steer[0, 1]
-    )
-    gain = gain * interpolate_pattern(beams.tables[2], beams.per_unit[2], u)
-    return gain * interpolate_pattern(beams.tables[3], beams.per_unit[3], v)
+class RadialPoints(NamedTuple):
+    """Points of some radials at which beams are evaluated together, in arrays that are long enough."""
+
+    row: NDArray[np.int64]
+    """Row of the radial of each, times the number of range bins, plus the range bin."""
+    range_bin: NDArray[np.int64]
+    """Range bin of each."""
+    area: Floats
+    """Area that each represents [m^2]."""
+    north: Floats
+    """North component of its bearing [1]."""
+    east: Floats
+    """East component [1]."""
+    distance: Floats
+    """Horizontal distance [m]."""
+    cosines: Floats
+    """Scratch: cosine of the elevation, cosines to right and down of an array, sine of the elevation, pattern [1],
+    (5, most)."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
+def _append_points(
+    radial: Floats, edges: Floats, bearing: tuple[float, float], first_row: int, points: RadialPoints, count: int
+) -> int:
+    """Append the points of one radial, by distances and across its width; return the number of all points.
+
+    Args:
+        radial: One row of the radials, (9,).
+        edges: Edges of the range bins, horizontal distances [m], increasing, (b + 1,).
+        bearing: North and east component of its bearing [1].
+        first_row: Row of its first range bin.
+        points: Result.
+        count: Number of the points before.
+    """
+    (c, d), spread = bearing, radial[column.BEAM_SPREAD]
+    samples = POINTS_WIDE if spread > 0 else POINTS_NARROW
+    for b in range(edges.size - 1):
+        bin_near, bin_far = max(edges[b], radial[column.START]), min(edges[b + 1], radial[column.STOP])
+        if bin_far <= bin_near:
+            continue
+        area = 0.5 * (bin_far * bin_far - bin_near * bin_near) * radial[column.CELL_WIDTH] / samples
+        for k in range(samples):
+            angle = spread * ((k + 0.5) / samples - 0.5)
+            points.row[count], points.range_bin[count], points.area[count] = first_row + b, b, area
+            points.north[count], points.east[count] = c - d * angle, d + c * angle
+            order = (ORDER_WIDE if samples == POINTS_WIDE else ORDER_NARROW)[k]
+            points.distance[count] = bin_near + (bin_far - bin_near) * (order + 0.5) / samples
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
+def _aim(points: RadialPoints, count: int, vertical: Floats, is_odd: bool) -> None:
+    """Fill cosine and sine of the elevation at which a family leaves towards the first points: rows 0 and 3.
+
+    Args:
+        points: The points.
+        count: Number of them.
+        vertical: Distance times tangent of the launch angle in each range bin [m], (b,).
+        is_odd: True if the family has an odd number of bounces.
+    """
+    distance, cosine, down = points.distance[:count], points.cosines[0], points.cosines[3]
+    for q in range(count):
+        down[q] = vertical[np.uint64(points.range_bin[q])]
+    for q in range(count):
+        inverse = 1 / math.sqrt(distance[q] * distance[q] + down[q] * down[q])
+        cosine[q], down[q] = distance[q] * inverse, down[q] * inverse
+        down[q] = -down[q] if is_odd else down[q]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
+def _fill_gains(points: RadialPoints, count: int, cosine: Floats, beams: BeamTables, gain: Floats) -> None:
+    """Fill amplitudes of the first beam [1], as `beam_kernels.beam_gains`, towards the first points.
+
+    Args:
+        points: The points, with the sine of the elevation at the sonar.
+        count: Number of them.
+        cosine: Cosine of that elevation [1], (at least count,).
+        beams: The beams.
+        gain: Result, (at least count,).
+    """
+    axes, scale, element = beams.axes, beams.scale[0], beams.element
+    north, east, down, right, below = points.north, points.east, points.cosines[3], points.cosines[1], points.cosines[2]
+    pattern = points.cosines[4]
+    for q in range(count):
+        x, y = north[q] * cosine[q], east[q] * cosine[q]
+        right[q] = x * axes[1, 0] + y * axes[1, 1] + down[q] * axes[1, 2]
+        below[q] = x * axes[2, 0] + y * axes[2, 1] + down[q] * axes[2, 2]
+        gain[q] = scale * element_gain(element, x * axes[0, 0] + y * axes[0, 1] + down[q] * axes[0, 2])
+        pattern[q] = 1.0
+    _multiply_by_pattern(beams.tables[0], beams.per_unit[0], beams.steer[0, 0], right[:count], pattern)
+    _multiply_by_pattern(beams.tables[1], beams.per_unit[1], beams.steer[0, 1], below[:count], pattern)
+    for q in range(count):
+        gain[q] *= pattern[q]
+    _multiply_by_pattern(beams.tables[2], beams.per_unit[2], 0.0, right[:count], gain)
+    _multiply_by_pattern(beams.tables[3], beams.per_unit[3], 0.0, below[:count], gain)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
+def _multiply_by_pattern(table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats) -> None:
+    """Multiply gains by a pattern at some direction cosines, as `beam_kernels.interpolate_pattern`.
+
+    Args:
+        table: Cubics of the pattern, (rows, 4).
+        per_unit: Rows per unit of the cosine [1].
+        axis: Cosine about which the pattern is symmetric [1].
+        cosine: Direction cosines [1], (m,).
+        gain: Result, (at least m,).
+    """
+    if table.shape[0] == 0:
+        return
+    cubics, last = table.reshape(table.size), np.uint32(table.shape[0] - 1)
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    for q in range(cosine.size):
+        index = abs(cosine[q] - axis) * per_unit
+        row = min(np.uint32(index), last)
+        t, first = index - np.float64(row), np.uint64(4) * np.uint64(row)
+        gain[q] *= cubics[first] + t * (cubics[first + one] + t * (cubics[first + two] + t * cubics[first + three]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -54,34 +168,35 @@ def pair_energies(
         same_beams: True if both are the same.
         energy: Result, (s, b, p).
     """
-    transmit, receive = np.empty(verticals.shape[0]), np.empty(verticals.shape[0])
-    c0, s0 = math.cos(heading), math.sin(heading)
+    bins, families = edges.size - 1, verticals.shape[0]
+    most, flat = POINTS_TOGETHER + POINTS_WIDE * bins, energy.reshape(radials.shape[0] * bins, pair.shape[0])
+    work, transmit, receive = np.empty((10, most)), np.empty((families, most)), np.empty((families, most))
+    numbers, product = np.empty((2, most), np.int64), work[9]
+    points = RadialPoints(numbers[0], numbers[1], work[0], work[1], work[2], work[3], work[4:9])
+    c0, s0, count = math.cos(heading), math.sin(heading), 0
     energy[:] = 0
     for s in range(radials.shape[0]):
         cosine_in_frame, sine_in_frame = radials[s, column.COSINE], radials[s, column.SINE]
-        c, d = c0 * cosine_in_frame - s0 * sine_in_frame, s0 * cosine_in_frame + c0 * sine_in_frame
-        samples = POINTS_WIDE if radials[s, column.BEAM_SPREAD] > 0 else POINTS_NARROW
-        for b in range(edges.size - 1):
-            bin_near, bin_far = max(edges[b], radials[s, column.START]), min(edges[b + 1], radials[s, column.STOP])
-            if bin_far <= bin_near:
-                continue
-            area = 0.5 * (bin_far * bin_far - bin_near * bin_near) * radials[s, column.CELL_WIDTH] / samples
-            for k in range(samples):
-                angle = radials[s, column.BEAM_SPREAD] * ((k + 0.5) / samples - 0.5)
-                x, y = c - d * angle, d + c * angle
-                distance = (
-                    bin_near + (bin_far - bin_near) * (((2 * k + 1) * samples // 2 + k) % samples + 0.5) / samples
-                )
-                for f in range(verticals.shape[0]):
-                    inverse = 1 / math.sqrt(distance * distance + verticals[f, b] * verticals[f, b])
-                    cosine, down = distance * inverse, verticals[f, b] * inverse
-                    down = -down if is_odd[f] else down
-                    transmit[f] = gain_towards(x * cosine, y * cosine, down, transmit_beam)
-                    receive[f] = transmit[f] if same_beams else gain_towards(x * cosine, y * cosine, down, receive_beam)
-                for p in range(pair.shape[0]):
-                    i, j = pair[p, 0], pair[p, 1]
-                    product = transmit[i] * receive[j] + (transmit[j] * receive[i] if i != j else 0.0)
-                    energy[s, b, p] += np.float32(area * strength[p, b] * product * product)
+        bearing = c0 * cosine_in_frame - s0 * sine_in_frame, s0 * cosine_in_frame + c0 * sine_in_frame
+        count = _append_points(radials[s], edges, bearing, s * bins, points, count)
+        if count < POINTS_TOGETHER and s + 1 < radials.shape[0]:
+            continue
+        for f in range(families):
+            _aim(points, count, verticals[f], is_odd[f])
+            _fill_gains(points, count, points.cosines[0], transmit_beam, transmit[f])
+            if not same_beams:
+                _fill_gains(points, count, points.cosines[0], receive_beam, receive[f])
+        back = transmit if same_beams else receive
+        for p in range(pair.shape[0]):
+            i, j = pair[p, 0], pair[p, 1]
+            out_i, out_j, back_i, back_j, one = transmit[i], transmit[j], back[i], back[j], flat[:, p]
+            reverse = 1.0 if i != j else 0.0
+            for q in range(count):
+                product[q] = out_i[q] * back_j[q] + reverse * (out_j[q] * back_i[q])
+            for q in range(count):
+                section = strength[p, np.uint64(points.range_bin[q])]
+                one[np.uint64(points.row[q])] += np.float32(points.area[q] * section * product[q] * product[q])
+        count = 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
