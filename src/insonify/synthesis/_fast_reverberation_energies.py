@@ -206,13 +206,21 @@ def fill_pair_energies(
     i, j = samples.pair[p, 0], samples.pair[p, 1]
     transmit, receive, leg_delay = samples.transmit_weights, samples.receive_weights, samples.delay
     interfering_factor, independent_energy = samples.interference_factor, samples.independent_energy
-    reverse, square = 0.0 if i == j else 1.0, samples.source_pressure * samples.source_pressure
+    square = samples.source_pressure * samples.source_pressure
     section = samples.cross_section[p, begin : begin + points.size]
-    for k in range(points.size):
-        n = points[k]
-        forward = np.float64(transmit[i, n]) * receive[j, n]
-        backward = reverse * np.float64(transmit[j, n]) * receive[i, n]
-        delay[k] = leg_delay[i, n] + leg_delay[j, n]
+    delay_i, delay_j, transmit_i, receive_i = leg_delay[i], leg_delay[j], transmit[i], receive[i]
+    transmit_j, receive_j = transmit[j], receive[j]
+    for k in range(points.size if i == j else 0):  # half of the reads
+        n = np.uint32(points[k])
+        forward = np.float64(transmit_i[n]) * receive_i[n]
+        delay[k] = delay_i[n] + delay_i[n]
+        energy[k] = interfering_factor * forward * forward + independent_energy * (forward * forward)
+        energy[k] *= square * section[k]
+    for k in range(0 if i == j else points.size):
+        n = np.uint32(points[k])
+        forward = np.float64(transmit_i[n]) * receive_j[n]
+        backward = np.float64(transmit_j[n]) * receive_i[n]
+        delay[k] = delay_i[n] + delay_j[n]
         energy[k] = interfering_factor * (forward + backward) * (forward + backward) + independent_energy * (
             forward * forward + backward * backward
         )
@@ -222,7 +230,7 @@ def fill_pair_energies(
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_pair_energies(samples: WeightedSamples, energies: DelayCells) -> None:
     """Deposit the energies of all pairs of legs on one channel; a pair and its reverse arrive together, as one."""
-    pair_delay, energy = np.empty((2, BLOCK))
+    pair_delay, energy = np.empty(BLOCK), np.empty(BLOCK)
     for p in range(samples.pair.shape[0]):
         for begin in range(0, samples.point_count[p], BLOCK):
             m = min(BLOCK, samples.point_count[p] - begin)
@@ -254,7 +262,7 @@ def deposit_interference(
     cells, first_time, rate = energies
     pairs = pair.shape[0]
     tau, real, imag = np.empty((3, pairs))
-    pair_delay, energy = np.empty((2, BLOCK + pairs * pairs))
+    pair_delay, energy = np.empty(BLOCK + pairs * pairs), np.empty(BLOCK + pairs * pairs)
     next_row = np.zeros(pairs, np.int64)
     max_lag, count_in_buffer = (autocorrelation.size - 1) / lag_rate, 0
     for r in range(interfering_ranges.shape[0]):

@@ -88,7 +88,7 @@ def deposit_pair_positions(
         grazing: Grazing angles of the legs at the points [rad], (f, n).
         receiver: North, east, depth of the receiver [m], (3,).
     """
-    late, energy = np.empty((2, BLOCK))
+    late, energy = np.empty(BLOCK), np.empty(BLOCK)
     for p in range(samples.pair.shape[0]):
         own = DelayCells(grid.cells[p], grid.first_time, grid.rate)
         out, back = grazing[samples.pair[p, 0]], grazing[samples.pair[p, 1]]
@@ -131,7 +131,7 @@ def deposit_pair_energies_in_bins(samples: WeightedSamples, energies: DelayCells
         energies: Cells of the energies alone; or none, (cells,).
         grid: Bins of energy alone, (p, bins).
     """
-    late, energy = np.empty((2, BLOCK))
+    late, energy = np.empty(BLOCK), np.empty(BLOCK)
     for p in range(samples.pair.shape[0]):
         own = DelayCells(grid.cells[p], grid.first_time, grid.rate)
         for begin in range(0, samples.point_count[p], BLOCK):
