@@ -85,7 +85,8 @@ def walk_radials(
         max_list_length = max(max_list_length, lists.list_offsets[list_row + 1] - lists.list_offsets[list_row])
     line_depth, slope = np.empty(max_sample_count, np.float32), np.empty((2, max_sample_count), np.float32)
     horizon_count = families.horizon_image_depths.size
-    launch_slope, horizon = np.empty((2, horizon_count, max_sample_count), np.float32)
+    profile_shape = horizon_count, max_sample_count
+    launch_slope, horizon = np.empty(profile_shape, np.float32), np.empty(profile_shape, np.float32)
     node_index, size = np.empty(max_sample_count, np.uint32), BLOCK + max_list_length
     lit = np.empty(max_sample_count, np.int32)
     refracted = families.refraction.nodes.size > 0
