@@ -149,7 +149,7 @@ def allocate_samples(
 
 
 class _LevelWater(NamedTuple):
-    """What the legs of a sonar to a level seabed depend on, beside its reflection."""
+    """Sonar, water and seabed of the legs of a sonar to a level seabed, except its reflection."""
 
     source: float
     """Depth of the sonar [m]."""
