@@ -150,22 +150,24 @@ def test_grids_are_no_more_than_the_shapes_take():
 
 
 @njit
-def _mix_channels(polynomials, series, kept, e, begin, count, mixed):
-    mix_series(polynomials, series, (series.shape[1], kept, series.shape[2], 0, count, mixed.shape[1]), e, begin, mixed)
+def _mix_channels(polynomials, series, kept, e, begin, count, mixed, columns):
+    shape = series.shape[1], kept, series.shape[2], 0, count, mixed.shape[1], columns
+    mix_series(polynomials, series, shape, e, begin, mixed)
 
 
+@pytest.mark.parametrize("columns", [2, 3])
 @pytest.mark.parametrize("count", [1, 15, 16, 17, 48])
-def test_series_are_summed_as_matrices_are_multiplied(count):
-    """Three columns, the first from its fourth term on, the others to a few: 1e-6; none beyond a multiple of 16."""
+def test_series_are_summed_as_matrices_are_multiplied(count, columns):
+    """Columns, the first from its fourth term on, the others to a few: 1e-6; none beyond a multiple of 16."""
     rng = np.random.default_rng(count)
     polynomials, series = (rng.normal(size=size).astype(np.float32) for size in ((5, 7), (3, 7, 64)))
     mixed = np.full((3, 100), np.nan, np.float32)
-    _mix_channels(polynomials, series, 4, 3, 20, count, mixed)
+    _mix_channels(polynomials, series, 4, 3, 20, count, mixed, columns)
     here, room = slice(20, 20 + count), 20 + 16 * -(-count // 16)
     row, known = polynomials[3].astype(float), series[..., :count].astype(float)
     expected = [row[3:] @ known[0, 3:], row[:4] @ known[1, :4], row[:4] @ known[2, :4]]
-    np.testing.assert_allclose(mixed[:, here], expected, atol=3e-6)
-    assert np.isnan(mixed[:, :20]).all() and np.isnan(mixed[:, room:]).all()
+    np.testing.assert_allclose(mixed[:columns, here], expected[:columns], atol=3e-6)
+    assert np.isnan(mixed[columns:]).all() and np.isnan(mixed[:, :20]).all() and np.isnan(mixed[:, room:]).all()
 
 
 @pytest.mark.parametrize("dopplers", [1, 2, 3, 5, 9])

@@ -417,6 +417,7 @@ def deposit_on_elements(
     """
     pair, transmit_legs, receive_legs, strength = legs
     basis, water, is_straight = reception.basis, reception.water, nodes.series.shape[0] > 0
+    series_columns = 3 if basis.node_coordinate.size > 1 else 2
     last, elements = cells.shape[2] - CELLS_PER_SPIKE, receive_beams.position.shape[0]
     series, polynomials = series_along(nodes, water, basis)
     terms, singles = polynomials.shape[1], polynomials.astype(np.float32)
@@ -473,7 +474,7 @@ def deposit_on_elements(
                     row, second, third = s * ROW, 0.0, 0.0
                     if is_straight:
                         second, third = polynomials[e + s, 1], polynomials[e + s, 2]
-                        shape = terms, few_terms(terms), ROW, first, stop, _SPIKES
+                        shape = terms, few_terms(terms), ROW, first, stop, _SPIKES, series_columns
                         mix_series(singles, echoes.series, shape, np.intp(e + s), np.intp(row), spikes.mixed)
                     else:
                         values_at_node(e + s, 0, echoes_at_nodes, count, nodes, water, basis, series)

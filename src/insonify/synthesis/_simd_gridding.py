@@ -296,8 +296,8 @@ def mix_series(
 
     mixed[c, begin + i] = sum over k of polynomials[e, k] * series[c, k, i] for i from `start` to `stop`: for the turns,
     c = 0, from term 3 on, for the other two up to term `kept`. Both arrays are padded: up to 15 entries after `stop`
-    are read, and overwritten. shape: terms, kept, tile, start, stop, width; series: (3, terms, tile); mixed:
-    (3, width).
+    are read, and overwritten. shape: terms, kept, tile, start, stop, width, and columns: 3, or 2 without coordinates;
+    series: (3, terms, tile); mixed: (3, width).
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -305,23 +305,31 @@ def mix_series(
         polynomials, series, mixed = (
             cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 1, 5)
         )
-        terms, kept, tile, start, stop, width = cgutils.unpack_tuple(builder, args[2], 6)
+        terms, kept, tile, start, stop, width, columns = cgutils.unpack_tuple(builder, args[2], 7)
         vector, zero, lanes = _vector(ir.FloatType(), 16), ir.Constant(e.type, 0), ir.Constant(e.type, 16)
         row_of_element = builder.gep(polynomials, [builder.mul(e, terms)])
         total = cgutils.alloca_once(builder, vector)
+        terms_of_columns = (ir.Constant(e.type, 3), terms), (zero, kept), (zero, kept)
+
+        def mix(column: int, i: Any) -> None:
+            low, high = terms_of_columns[column]
+            builder.store(ir.Constant(vector, [0.0] * 16), total)
+            first_row = builder.mul(ir.Constant(e.type, column), terms)
+            with cgutils.for_range(builder, high, low) as loop:
+                share = _splat(builder, builder.load(builder.gep(row_of_element, [loop.index])), 16)
+                row = builder.add(builder.mul(builder.add(first_row, loop.index), tile), i)
+                term = _load(builder, builder.gep(series, [row]), vector, 4)
+                term = builder.fmul(term, share, flags=("contract",))
+                builder.store(builder.fadd(builder.load(total), term, flags=("contract",)), total)
+            at = builder.add(builder.mul(ir.Constant(e.type, column), width), builder.add(begin, i))
+            target = builder.bitcast(builder.gep(mixed, [at]), vector.as_pointer())
+            builder.store(builder.load(total), target, align=4)
+
         with cgutils.for_range_slice(builder, start, stop, lanes) as (i, _):
-            for column, (low, high) in enumerate(((ir.Constant(e.type, 3), terms), (zero, kept), (zero, kept))):
-                builder.store(ir.Constant(vector, [0.0] * 16), total)
-                first_row = builder.mul(ir.Constant(e.type, column), terms)
-                with cgutils.for_range(builder, high, low) as loop:
-                    share = _splat(builder, builder.load(builder.gep(row_of_element, [loop.index])), 16)
-                    row = builder.add(builder.mul(builder.add(first_row, loop.index), tile), i)
-                    term = _load(builder, builder.gep(series, [row]), vector, 4)
-                    term = builder.fmul(term, share, flags=("contract",))
-                    builder.store(builder.fadd(builder.load(total), term, flags=("contract",)), total)
-                at = builder.add(builder.mul(ir.Constant(e.type, column), width), builder.add(begin, i))
-                target = builder.bitcast(builder.gep(mixed, [at]), vector.as_pointer())
-                builder.store(builder.load(total), target, align=4)
+            mix(0, i)
+            mix(1, i)
+            with builder.if_then(builder.icmp_signed(">", columns, ir.Constant(columns.type, 2))):
+                mix(2, i)
         return context.get_dummy_value()
 
     for rows in (polynomials, series, mixed):
