@@ -47,7 +47,7 @@ def pings() -> list[Result]:
 def changed() -> list[Result]:
     """Processor time where the platform rolls, and in layered water, re that of the scene as it is; 2 bounces."""
     scene = SCENE.replace("ORDER", "2").replace("incoherent", "coherent")
-    return changed_ratios("coherent ping, up to 2 bounces", scene, WARM, PINGS)
+    return changed_ratios("coherent ping, up to 2 bounces", scene, rounds=20)
 
 
 def _measured(name: str, scenario: Scenario, goal: float) -> list[Result]:

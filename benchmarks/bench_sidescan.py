@@ -8,7 +8,7 @@ from insonify.recording_run import record
 from insonify.scenario.load import load_scenario
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
-from measure import THREADS, Result, ping_seconds
+from measure import THREADS, Result, ping_seconds, ratios_in_turns
 
 WINDOW = 0.267
 """Of one ping [s]: 200 m there and back."""
@@ -81,28 +81,27 @@ def pings() -> list[Result]:
 
 def changed() -> list[Result]:
     """Processor time where the platform rolls, and in layered water, re that of the scene as it is."""
-    warm, count, found = WARM // 10, max(PINGS // 10, 1), []
+    found = []
     for order in CHANGED_ORDERS:
         scene = SCENE.replace("ORDER", str(order))
-        found += changed_ratios(f"sidescan ping, up to {order} bounces", scene, warm, count)
+        found += changed_ratios(f"sidescan ping, up to {order} bounces", scene, rounds=60)
     return found
 
 
-def changed_ratios(case: str, scene: str, warm: int, pings: int) -> list[Result]:
-    """Processor time of a ping of each of `CHANGED`, re that of the scene.
+def changed_ratios(case: str, scene: str, rounds: int) -> list[Result]:
+    """Processor time of a ping of each of `CHANGED`, re that of the scene, in turns.
 
     Args:
         case: What is measured.
         scene: Text of the scene.
-        warm: Pings simulated before the clock starts.
-        pings: Pings timed.
+        rounds: Rounds of batches of pings.
     """
-    _, plain = ping_seconds(build_simulator(loaded(scene)), warm, pings)
-    found = []
-    for name, parts in CHANGED.items():
-        _, cores = ping_seconds(build_simulator(loaded(scene.replace(*parts))), warm, pings)
-        found.append(Result(f"{case}, {name}", cores / plain, "x the plain scene", f"goal {CHANGED_FACTOR:g}"))
-    return found
+    scenes = [scene, *(scene.replace(*parts) for parts in CHANGED.values())]
+    ratios = ratios_in_turns([loaded(text) for text in scenes], warm=10, batch=5, rounds=rounds)
+    return [
+        Result(f"{case}, {name}", ratio, "x the plain scene", f"goal {CHANGED_FACTOR:g}")
+        for name, ratio in zip(CHANGED, ratios[1:], strict=True)
+    ]
 
 
 def surveys() -> list[Result]:

@@ -1,18 +1,21 @@
 """Timing: candidates take turns, and each keeps its best time."""
 
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from multiprocessing import Pipe, Process
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NamedTuple
 
 from insonify.recording_run import record
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import Simulator, simulate_pings
+from insonify.simulator import Simulator, build_simulator, simulate_pings
 
 THREADS = 2
 """Threads that simulate pings."""
@@ -125,6 +128,52 @@ def ping_seconds(simulator: Simulator, warm: int, timed: int) -> tuple[float, fl
         found.append(((time.perf_counter() - wall) / timed, (time.process_time() - cores) / timed))
     walls, cores_of = zip(*found, strict=True)
     return min(walls), min(cores_of)
+
+
+def ratios_in_turns(scenarios: Sequence[Scenario], warm: int, batch: int, rounds: int) -> list[float]:
+    """Processor time of a ping of each scenario over that of the first, the median of some rounds.
+
+    In each round every scenario has a batch of pings, one after the other, in a process of its own: other work on the
+    machine and its clock affect neighbouring batches alike, and no scenario takes the place of another in a cache.
+
+    Args:
+        scenarios: The scenarios, of which each has as many pings as are simulated.
+        warm: Pings simulated first.
+        batch: Pings of a batch.
+        rounds: Rounds.
+    """
+    warm, batch, rounds = (1, 1, 1) if SMOKE else (warm, batch, rounds)
+    ends, processes = list[Connection](), list[Process]()
+    for scenario in scenarios:
+        own, other = Pipe()
+        processes.append(Process(target=_time_batches, args=(scenario, warm, batch, other), daemon=True))
+        processes[-1].start()
+        ends.append(own)
+        own.recv()  # warm, before the next one starts
+    ratios = []
+    for number in range(rounds):
+        seconds = list[float]()
+        for end in ends:
+            end.send(number)
+            seconds.append(end.recv())
+        ratios.append([one / seconds[0] for one in seconds])
+    for end, process in zip(ends, processes, strict=True):
+        end.send(None)
+        process.join()
+    return [statistics.median(column) for column in zip(*ratios, strict=True)]
+
+
+def _time_batches(scenario: Scenario, warm: int, batch: int, end: Connection) -> None:
+    """Send the processor time of each batch of pings whose number is received, after some pings to warm up."""
+    simulator = build_simulator(scenario)
+    for _ in simulate_pings(simulator, range(warm), 1):
+        pass
+    end.send(None)
+    while (number := end.recv()) is not None:
+        begin, cores = warm + number * batch, time.process_time()
+        for _ in simulate_pings(simulator, range(begin, begin + batch), 1):
+            pass
+        end.send(time.process_time() - cores)
 
 
 def recorded_seconds(scenario: Scenario, pings: int) -> float:
