@@ -39,6 +39,8 @@ NEGLIGIBLE_GAIN = 10 ** (-45 / 20)
 _AZIMUTHS, _ELEVATIONS = 720, 37
 _STEPS = 129
 """Steps of a `DopplerSpectrum` [1]."""
+_MAX_EXPONENT = 600.0
+"""Exponent up to which errors are evaluated: products of distances may be larger than 1 [1]."""
 _SPREADS = np.array([1.0, 0.95, 0.9, 0.8, 0.65, 0.5, 0.4, 0.32, 0.25, 0.2, 0.16, 0.12, 0.1])
 """Spreads of nodes about the peak, re Chebyshev's of the whole range [1]."""
 
@@ -134,7 +136,7 @@ def waveform_basis(
 
     Args:
         ping_geometry: The sonar, which may be moving.
-        error: Largest error of the weighted sum, re the pulse's peak [1].
+        error: Largest error of the weighted sum, see `ERROR` [1].
         bands: Frequencies of the band; None: those of the ping's sub-bands.
     """
     bands = ping_geometry.sub_bands if bands is None else bands
@@ -210,7 +212,7 @@ def _nodes_and_error(spectrum: DopplerSpectrum, phase: float, count: int, error:
     nodes = spectrum.peak + _SPREADS[:, None] * (node - spectrum.peak)
     x = np.linspace(-1, 1, len(spectrum.gain))
     product = np.abs(x - nodes[:, :, None]).prod(axis=1)
-    scale = math.exp(count * math.log(max(phase, 1e-300)) - math.lgamma(count + 1))
+    scale = math.exp(min(count * math.log(max(phase, 1e-300)) - math.lgamma(count + 1), _MAX_EXPONENT))
     errors = scale * (spectrum.gain * product).max(axis=1)
     row = int(np.argmax(errors <= error)) if (errors <= error).any() else int(np.argmin(errors))
     return nodes[row], float(errors[row])
