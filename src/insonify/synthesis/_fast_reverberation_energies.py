@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
 from insonify.sonar.beam_kernels import BeamTables, element_gain
+from insonify.sonar.pattern_products import multiply_by_pattern
 from insonify.synthesis._gridding import deposit_energy
-from insonify.synthesis._simd_cubics import LANES, multiply_by_cubics
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -106,10 +106,10 @@ def leg_amplitudes(
             for k in range(m):
                 size = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
                 gain[k] = size * scale[0] * element_gain(element, forward[k])
-            _multiply_by_pattern(across, per_unit[0], steer[0, 0], right[:m], gain, first, fraction)
-            _multiply_by_pattern(down, per_unit[1], steer[0, 1], below[:m], gain, first, fraction)
-            _multiply_by_pattern(piston_across, per_unit[2], 0.0, right[:m], gain, first, fraction)
-            _multiply_by_pattern(piston_down, per_unit[3], 0.0, below[:m], gain, first, fraction)
+            multiply_by_pattern(across, per_unit[0], steer[0, 0], right[:m], gain, first, fraction)
+            multiply_by_pattern(down, per_unit[1], steer[0, 1], below[:m], gain, first, fraction)
+            multiply_by_pattern(piston_across, per_unit[2], 0.0, right[:m], gain, first, fraction)
+            multiply_by_pattern(piston_down, per_unit[3], 0.0, below[:m], gain, first, fraction)
             for k in range(m):
                 leg_gain[k] = gain[k]
 
@@ -156,37 +156,6 @@ def _turn_to_array(
         b = _rotated_component(axes, 2, t, x, y, z)
         size = 1 / math.sqrt(a * a + r * r + b * b)
         forward[k], right[k], below[k] = a * size, r * size, b * size
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _multiply_by_pattern(
-    table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats, first: NDArray[np.uint32],
-    fraction: Floats,
-) -> None:  # fmt: skip
-    """Multiply gains by a pattern at some direction cosines, as `insonify.sonar.beam_kernels.interpolate_pattern`.
-
-    Args:
-        table: Cubics of the pattern, (rows, 4).
-        per_unit: Rows per unit of the cosine [1].
-        axis: Cosine about which the pattern is symmetric [1].
-        cosine: Direction cosines [1], (m,).
-        gain: Result, (at least m,).
-        first: Scratch, (at least m,).
-        fraction: Scratch, (at least m,).
-    """
-    if table.shape[0] == 0:
-        return
-    cubics, last, quads = table.reshape(table.size), np.uint32(table.shape[0] - 1), cosine.size // LANES * LANES
-    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
-    for k in range(cosine.size):
-        position = abs(cosine[k] - axis) * per_unit
-        row = min(np.uint32(position), last)
-        first[k], fraction[k] = np.uint32(4) * row, position - np.float64(row)
-    for k in range(np.uint64(0), np.uint64(quads), np.uint64(LANES)):
-        multiply_by_cubics(cubics, first, fraction, gain, k)
-    for k in range(np.uint64(quads), np.uint64(cosine.size)):
-        start, t = np.uint64(first[k]), fraction[k]
-        gain[k] *= cubics[start] + t * (cubics[start + one] + t * (cubics[start + two] + t * cubics[start + three]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

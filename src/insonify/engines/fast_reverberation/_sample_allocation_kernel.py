@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from insonify.engines import radial_columns as column
 from insonify.jit import njit
 from insonify.sonar.beam_kernels import BeamTables, element_gain
+from insonify.sonar.pattern_products import multiply_by_pattern
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -42,7 +43,9 @@ class RadialPoints(NamedTuple):
     """Horizontal distance [m]."""
     cosines: Floats
     """Scratch: cosine of the elevation, cosines to right and down of an array, sine of the elevation, pattern [1],
-    (5, most)."""
+    fraction of a row of its table [1], (6, most)."""
+    first_coefficient: NDArray[np.uint32]
+    """Scratch: offset of a row of a pattern's table."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
@@ -115,34 +118,13 @@ def _fill_gains(points: RadialPoints, count: int, cosine: Floats, beams: BeamTab
         below[q] = x * axes[2, 0] + y * axes[2, 1] + down[q] * axes[2, 2]
         gain[q] = scale * element_gain(element, x * axes[0, 0] + y * axes[0, 1] + down[q] * axes[0, 2])
         pattern[q] = 1.0
-    _multiply_by_pattern(beams.tables[0], beams.per_unit[0], beams.steer[0, 0], right[:count], pattern)
-    _multiply_by_pattern(beams.tables[1], beams.per_unit[1], beams.steer[0, 1], below[:count], pattern)
+    first, fraction = points.first_coefficient, points.cosines[5]
+    multiply_by_pattern(beams.tables[0], beams.per_unit[0], beams.steer[0, 0], right[:count], pattern, first, fraction)
+    multiply_by_pattern(beams.tables[1], beams.per_unit[1], beams.steer[0, 1], below[:count], pattern, first, fraction)
     for q in range(count):
         gain[q] *= pattern[q]
-    _multiply_by_pattern(beams.tables[2], beams.per_unit[2], 0.0, right[:count], gain)
-    _multiply_by_pattern(beams.tables[3], beams.per_unit[3], 0.0, below[:count], gain)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
-def _multiply_by_pattern(table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats) -> None:
-    """Multiply gains by a pattern at some direction cosines, as `beam_kernels.interpolate_pattern`.
-
-    Args:
-        table: Cubics of the pattern, (rows, 4).
-        per_unit: Rows per unit of the cosine [1].
-        axis: Cosine about which the pattern is symmetric [1].
-        cosine: Direction cosines [1], (m,).
-        gain: Result, (at least m,).
-    """
-    if table.shape[0] == 0:
-        return
-    cubics, last = table.reshape(table.size), np.uint32(table.shape[0] - 1)
-    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
-    for q in range(cosine.size):
-        index = abs(cosine[q] - axis) * per_unit
-        row = min(np.uint32(index), last)
-        t, first = index - np.float64(row), np.uint64(4) * np.uint64(row)
-        gain[q] *= cubics[first] + t * (cubics[first + one] + t * (cubics[first + two] + t * cubics[first + three]))
+    multiply_by_pattern(beams.tables[2], beams.per_unit[2], 0.0, right[:count], gain, first, fraction)
+    multiply_by_pattern(beams.tables[3], beams.per_unit[3], 0.0, below[:count], gain, first, fraction)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -170,9 +152,11 @@ def pair_energies(
     """
     bins, families = edges.size - 1, verticals.shape[0]
     most, flat = POINTS_TOGETHER + POINTS_WIDE * bins, energy.reshape(radials.shape[0] * bins, pair.shape[0])
-    work, transmit, receive = np.empty((10, most)), np.empty((families, most)), np.empty((families, most))
-    numbers, product = np.empty((2, most), np.int64), work[9]
-    points = RadialPoints(numbers[0], numbers[1], work[0], work[1], work[2], work[3], work[4:9])
+    work, transmit, receive = np.empty((11, most)), np.empty((families, most)), np.empty((families, most))
+    numbers, product = np.empty((2, most), np.int64), work[10]
+    points = RadialPoints(
+        numbers[0], numbers[1], work[0], work[1], work[2], work[3], work[4:10], np.empty(most, np.uint32)
+    )
     c0, s0, count = math.cos(heading), math.sin(heading), 0
     energy[:] = 0
     for s in range(radials.shape[0]):
