@@ -256,12 +256,12 @@ def doppler_spectrum(ping_geometry: PingGeometry, widening: float = 1.0) -> Dopp
     peak, gains = factor[int(np.argmax(gain))], np.resize(gain, len(factor))
     off_peak = factor - peak
     step = np.clip((peak + widening * off_peak + np.sign(off_peak) * margin - low) / per_step, 0, _STEPS - 1)
-    above, below = np.zeros((2, _STEPS))
-    np.maximum.at(above, step[off_peak >= 0].astype(int), gains[off_peak >= 0])
-    np.maximum.at(below, np.ceil(step[off_peak <= 0]).astype(int), gains[off_peak <= 0])
-    outwards = np.where(x >= peak, np.maximum.accumulate(above[::-1])[::-1], np.maximum.accumulate(below))
-    outwards[np.abs(x - peak) <= margin] = 1.0  # between the directions
-    return DopplerSpectrum(low, high, 2 * (peak - low) / (high - low) - 1, outwards)
+    above_peak, below_peak = np.zeros((2, _STEPS))
+    np.maximum.at(above_peak, step[off_peak >= 0].astype(int), gains[off_peak >= 0])
+    np.maximum.at(below_peak, np.ceil(step[off_peak <= 0]).astype(int), gains[off_peak <= 0])
+    envelope = np.where(x >= peak, np.maximum.accumulate(above_peak[::-1])[::-1], np.maximum.accumulate(below_peak))
+    envelope[np.abs(x - peak) <= margin] = 1.0  # between the directions
+    return DopplerSpectrum(low, high, 2 * (peak - low) / (high - low) - 1, envelope)
 
 
 def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
