@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import absorption_np_per_m
+from insonify.propagation._absorption_kernel import absorb
 from insonify.propagation._image_source_kernel import FoldedLegs, StraightLegs, mark_legs, straight_legs
 from insonify.propagation.departure_cone_kernel import DepartureAngles, departure_cones
 from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
@@ -28,7 +29,7 @@ Floats = NDArray[np.float64]
 
 def image_legs(
     scene: Scene, position: NDArray[np.float64], scatterers: Scatterers, families: tuple[str, ...], frequency: float, *,
-    flat_bottom: bool = True,
+    flat_bottom: bool = True, needed: NDArray[np.bool_] | None = None,
 ) -> Legs:  # fmt: skip
     """Legs between one end of the sonar and some scatterers, from image sources.
 
@@ -40,6 +41,7 @@ def image_legs(
         frequency: Frequency of the absorption [Hz].
         flat_bottom: True to reflect off the bottom's mean plane; otherwise bottom bounces have coefficient 1, for a
             later treatment of relief.
+        needed: True for the legs to evaluate, by family, shape (all families, n); others have no amplitude. None: all.
 
     Returns:
         Legs of shape (selected families, n).
@@ -56,11 +58,11 @@ def image_legs(
         StraightLegs(delay, length, spreading, departure, arrival, grazing_sine, status, occluder),
     )  # fmt: skip
     occlude_by_solids(scene, folded, scatterers, status, occluder)
-    np.multiply(length, -absorption_np_per_m(scene.water, frequency), out=absorption)
+    absorb(length, absorption_np_per_m(scene.water, frequency), absorption)
+    rows = None if needed is None else needed[[families.index(name) for name in reaching]]
     return Legs(
-        families=reaching, branch=(0,) * f, delay=delay, length=length, spreading=spreading,
-        absorption=np.exp(absorption, out=absorption),
-        reflection_coefficient=_boundary(scene, strings, departure[..., 2], flat_bottom=flat_bottom),
+        families=reaching, branch=(0,) * f, delay=delay, length=length, spreading=spreading, absorption=absorption,
+        reflection_coefficient=_boundary(scene, strings, departure[..., 2], flat_bottom=flat_bottom, needed=rows),
         caustics=np.zeros((f, n), np.uint8), visibility=(status == LegStatus.CLEAR).astype(float), departure=departure,
         arrival=arrival, grazing_sine=grazing_sine, status=status, occluder=occluder,
     )  # fmt: skip
@@ -107,13 +109,20 @@ def _bounces(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.b
 
 
 def _boundary(
-    scene: Scene, bounce_sequences: list[str], sine: NDArray[np.float64], *, flat_bottom: bool
-) -> NDArray[np.complex128]:
-    """Product of the reflection coefficients of each family, shape of `sine`, the sine of the grazing angle."""
+    scene: Scene, bounce_sequences: list[str], sine: NDArray[np.float64], *, flat_bottom: bool,
+    needed: NDArray[np.bool_] | None,
+) -> NDArray[np.complex128]:  # fmt: skip
+    """Product of the reflection coefficients of each family, shape of `sine`, the sine of the grazing angle.
+
+    It is 0 where `needed`, of the same shape, is False.
+    """
     product = np.empty(sine.shape, complex)
     surface = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
     for row, string in enumerate(bounce_sequences):
-        product[row] = math.prod([surface] * string.count("S"), start=1 + 0j)
+        np.multiply(
+            True if needed is None else needed[row],
+            math.prod([surface] * string.count("S"), start=1 + 0j), out=product[row],
+        )  # fmt: skip
         if "B" in string and flat_bottom:
             once = scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(sine[row]), 1.0)))
             for _ in range(string.count("B")):
@@ -146,12 +155,7 @@ class StraightRays:
         """All legs from image sources, see `PropagationModel.legs`; over relief without the bottom's coefficient."""
         bed = self.scene.seabed.terrain
         is_flat = bed is None or bed.span[0] == bed.span[1]
-        legs = image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=is_flat)
-        if needed is not None:
-            for row, family in enumerate(legs.families):
-                if family != "D":  # nearly all direct legs are needed
-                    legs.reflection_coefficient[row, ~needed[families.index(family)]] = 0.0
-        return legs
+        return image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=is_flat, needed=needed)
 
     def open_water(self) -> "StraightRays":
         """Rays of the same water without targets, over a level bed; see `PropagationModel.open_water`."""

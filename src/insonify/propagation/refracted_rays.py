@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import absorption_np_per_m
+from insonify.propagation._absorption_kernel import absorb
 from insonify.propagation._eigenray_kernel import AMPLITUDE, FOLD, FOLD_CURVATURE, FOLD_SIDE, RaySolutions
 from insonify.propagation._eigenray_table_nodes import LOWEST_FREQUENCY
 from insonify.propagation._refracted_legs_kernel import (
@@ -302,10 +303,12 @@ class RefractedRays:
         for row in near_folds:
             phase = np.ones(shape, complex) if phase is None else phase
             _limit_at_folds(*rows[row], spreading[row], phase[row], frequency)
+        absorption = np.empty(shape)
+        absorb(length, absorption_np_per_m(self.scene.water, frequency), absorption)
         families, to_points = tuple(rays.family for rays, _, _ in rows), [points for _, points, _ in rows]
         return Legs(
             families=families, branch=tuple(branch for _, _, branch in rows), delay=delay, length=length,
-            spreading=spreading, absorption=np.exp(-absorption_np_per_m(self.scene.water, frequency) * length),
+            spreading=spreading, absorption=absorption,
             reflection_coefficient=self._boundary(families, to_points, slowness), caustics=caustics,
             visibility=(status == LegStatus.CLEAR).astype(float), departure=departure, arrival=arrival,
             grazing_sine=grazing_sine, status=status, occluder=occluder, caustic=phase,
