@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from insonify.cli import main
-from insonify.cluster import ENVIRONMENT, ClusterError, require_cluster, run_parts
+from insonify.cluster import ENVIRONMENT, ClusterError, JobRequest, require_cluster, run_parts
 from insonify.formats.zarr_store import open_recording
 from insonify.scenario.write import to_yaml
 from insonify.simulator import simulate
@@ -47,6 +47,70 @@ def test_a_killed_worker_costs_its_part_and_an_error_names_its_own(tmp_path: Pat
     assert {file.read_text() for file in tmp_path.glob("done-*")} == {"1 1 1 1"}
     assert reports == [(k, 8) for k in range(8)]
     assert not set(ENVIRONMENT) <= set(os.environ)  # of the workers, not of this process
+
+
+SBATCH = """#!/bin/sh
+for script; do :; done
+[ "$1" = --test-only ] && exit
+cp "$script" "{folder}/job-$$"
+setsid sh "{folder}/job-$$" > "{folder}/log-$$" 2>&1 &
+echo "Submitted batch job $!"
+"""
+SCANCEL = """#!/bin/sh
+for job; do kill -TERM -- "-$job" 2> "{folder}/cancelled"; done
+"""
+"""Commands of SLURM for one machine: a job is a group of processes."""
+
+
+@pytest.fixture
+def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Folder of commands of SLURM, and of what they leave."""
+    pytest.importorskip("dask_jobqueue")
+    for name, text in {"sbatch": SBATCH, "scancel": SCANCEL}.items():
+        (tmp_path / name).write_text(text.format(folder=tmp_path))
+        (tmp_path / name).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    return tmp_path
+
+
+def test_jobs_that_slurm_refuses_are_an_error(slurm: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its own message, before anything is written; as is an address of SLURM on a machine without it."""
+    (slurm / "sbatch").write_text("#!/bin/sh\necho 'sbatch: error: invalid partition: short' >&2\nexit 1\n")
+    with pytest.raises(ClusterError, match=r"refuses the jobs: sbatch: error: invalid partition: short\. Change the"):
+        run_parts(print, None, "slurm://short:2", lambda _: pytest.fail("no worker will come"))
+    monkeypatch.setenv("PATH", str(slurm / "empty"))
+    with pytest.raises(ValueError, match=r"slurm://short:2 needs the command sbatch of SLURM"):
+        require_cluster("slurm://short:2")
+
+
+@pytest.mark.slow
+def test_slurm_starts_another_job_in_place_of_one_that_ends(slurm: Path) -> None:
+    """Each of two jobs is killed once, so that no worker of the first two is left; jobs request what they need."""
+    from dask import config
+
+    def task(folder: str, pings: range, names: tuple[str, ...] = tuple(ENVIRONMENT)) -> None:
+        import os
+        import signal
+        from pathlib import Path
+
+        killed = Path(folder) / f"killed-{os.getpgid(0)}"
+        if pings[0] > 2 and not killed.exists() and len(list(Path(folder).glob("killed-*"))) < 2:
+            killed.touch()
+            os.killpg(0, signal.SIGKILL)
+        (Path(folder) / f"done-{pings[0]}").write_text(" ".join(os.environ.get(name, "") for name in names))
+
+    with config.set({"distributed.deploy.lost-worker-timeout": "1s"}):  # a worker that is lost for 15 s is replaced
+        run_parts(
+            task, str(slurm), "slurm://short:2", lambda workers: [range(k, k + 1) for k in range(4 * workers)],
+            request=lambda jobs: JobRequest(60 + jobs, 900),
+        )  # fmt: skip
+    assert {file.name for file in slurm.glob("done-*")} == {f"done-{k}" for k in range(8)}
+    assert {file.read_text() for file in slurm.glob("done-*")} == {"1 1 1 1"}
+    scripts = [file.read_text() for file in slurm.glob("job-*")]
+    assert len(list(slurm.glob("killed-*"))) == 2
+    assert 3 <= len(scripts) <= 4  # the run may end before the last is replaced
+    for line in ("#SBATCH -p short\n", "#SBATCH -t 1:02:00\n", "#SBATCH --mem=859M\n"):  # 900 MB in MiB
+        assert all(line in script for script in scripts)
 
 
 @pytest.fixture

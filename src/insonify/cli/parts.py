@@ -13,9 +13,6 @@ from insonify.part import Part
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
 
-TIME_MARGIN, MEMORY_MARGIN = 2.0, 1.5
-"""Requested time and memory of a task over the estimate, which is right within a factor of two [1]."""
-LEAST_MINUTES, LEAST_MEGABYTES = 5, 500
 MOST_RANGES = 12
 """Ranges of missing pings that are listed [1]."""
 
@@ -46,7 +43,7 @@ def plan(
     if out is not None and is_url(out):
         _require_whole_shards(scenario, out, tasks)
     whole = estimate_cost(scenario, labels=labels, threads=1)
-    task = whole.of_task(tasks).on_this_machine()
+    task = whole.of_task(tasks)
     target = out or file.with_suffix(".zarr")
     words = ["insonify", "run", str(file), "-o", str(target), *["--labels"] * labels]
     command = shlex.join([*words, "--threads", "1", "--quiet", "--part"])
@@ -54,13 +51,12 @@ def plan(
     head = [
         "#!/bin/bash",
         f"# all: {whole.on_this_machine().summary()}",
-        f"# each of {tasks} tasks, on one core: {task.summary()}",
+        f"# each of {tasks} tasks, on one core: {task.on_this_machine().summary()}",
         f"# once before, to create the recording and compile: {first}",
         f"# afterwards, what is missing: insonify status {shlex.quote(str(target))} --tasks {tasks}",
     ]
     if sbatch:
-        minutes = math.ceil(max((task.seconds + task.compiling) * TIME_MARGIN / 60, LEAST_MINUTES))
-        megabytes = math.ceil(max(task.memory * MEMORY_MARGIN / 1e6, LEAST_MEGABYTES))
+        minutes, megabytes = task.job_request()
         slurm = {
             "job-name": file.stem, "array": f"1-{tasks}", "cpus-per-task": 1, "mem": f"{megabytes}M",
             "time": f"{minutes // 60}:{minutes % 60:02d}:00", "output": f"{file.stem}-%a.log",

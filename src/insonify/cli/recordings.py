@@ -89,7 +89,10 @@ def run(
             return recording_state(path).shares(requested, workers)
 
         with progress(quiet, "part") as on_part:
-            run_parts(simulate, scenario, cluster, divide, memory=1.5 * cost.memory, on_part=on_part)
+            run_parts(
+                simulate, scenario, cluster, divide, request=lambda jobs: cost.of_task(jobs).job_request(),
+                on_part=on_part,
+            )  # fmt: skip
     typer.echo(target)
 
 

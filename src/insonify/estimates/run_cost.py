@@ -4,10 +4,12 @@ All is that of the whole command: its start, every ping with its labels, and wri
 work of a ping is counted by `insonify.estimates.ping_work`, operations are priced by `insonify.estimates.unit_costs`.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from insonify.cluster import JobRequest
 from insonify.engines.memory_budget import BYTES_AT_ONCE, bytes_per_point
 from insonify.engines.parts import SCATTERERS_PER_BLOCK, parts_of
 from insonify.engines.volume import TOO_MANY
@@ -28,6 +30,10 @@ from insonify.thread_count import thread_count
 
 SHARE = 0.8
 """Fraction of the machine's memory that a run may use [1]."""
+TIME_MARGIN, MEMORY_MARGIN = 2.0, 1.5
+"""Time and memory that are requested for a job over the estimate, which is right within a factor of two [1]."""
+LEAST_MINUTES, LEAST_MEGABYTES = 5, 500
+"""Least time and memory that are requested."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +64,13 @@ class RunCost:
         """Cost with the processor times of this machine."""
         pace = machine_pace()
         return replace(self, seconds=pace * self.seconds, compiling=pace * self.compiling)
+
+    def job_request(self) -> JobRequest:
+        """Time and memory to request for it as one job of a scheduler, on machines of this machine's pace."""
+        here = self.on_this_machine()
+        minutes = math.ceil((here.seconds + here.compiling) * TIME_MARGIN / 60)
+        megabytes = math.ceil(here.memory * MEMORY_MARGIN / 1e6)
+        return JobRequest(max(minutes, LEAST_MINUTES), max(megabytes, LEAST_MEGABYTES))
 
     def summary(self) -> str:
         """The cost in one line."""
