@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.boundary_echoes import recorded_families
+from insonify.engines.boundary_echoes import label_families
 from insonify.engines.delay_window import DelayInterval, delay_interval, in_delay_window
 from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_reverberation
@@ -164,7 +164,7 @@ class Simulator:
         suspended = ("water",) * (water.volume_strength_db is not None) + tuple(patch.label for patch in water.patches)
         hull, bistatic = self.scenario.sonar.hull is not None, self.scenario.receiver_track is not None
         faces = bool(self.engine.faces(self.ping_geometry(0)))
-        families, echoes = recorded_families(self.scenario.paths, two_platforms=bistatic, under_hull=hull, faces=faces)
+        families, echoes = label_families(self.scenario.paths, two_platforms=bistatic, under_hull=hull, faces=faces)
         return label_names(targets, families, water=suspended, boundary_echoes=echoes)
 
     @cached_property

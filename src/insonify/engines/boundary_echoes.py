@@ -49,7 +49,9 @@ def boundary_echo_families(path_settings: PathSettings, *, two_platforms: bool) 
 
 
 def from_receiver(families: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of families backwards, as those of legs from the receiver; in the same order if they are the same.
+    """Names of families reversed, as those of legs from the receiver.
+
+    If these are the same set, the order is kept: entry i is then not the reverse of entry i.
 
     Args:
         families: Names of families from the transmitter.
@@ -62,16 +64,18 @@ def from_receiver(families: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(sorted(backwards, key=lambda name: families.index(name if name in families else name[::-1])))
 
 
-def recorded_families(
+def label_families(
     path_settings: PathSettings, *, two_platforms: bool, under_hull: bool, faces: bool
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Families of the legs to scatterers and of the boundary echoes, with those off a hull and targets' faces.
+    """Families by which labels divide echoes: of the legs to scatterers, and of the boundary echoes.
+
+    Both include those off a hull; legs also those off targets' faces.
 
     Args:
         path_settings: Path settings.
         two_platforms: True: transmitter and receiver are on platforms of their own.
         under_hull: True: a hull reflects sound too.
-        faces: True: large smooth faces of targets do.
+        faces: True: large smooth faces of targets reflect sound too.
     """
     families = path_settings.followed_families
     echoes = boundary_echo_families(path_settings, two_platforms=two_platforms)
@@ -83,15 +87,16 @@ def recorded_families(
 
 
 def transmitter_point(ping_geometry: PingGeometry) -> Scatterers:
-    """The transmitter's position, as the end point of the boundary echoes' receive legs."""
+    """The transmitter's position, as the end point of the boundary echoes' receive legs; its law is not evaluated."""
     return Scatterers(
         BOUNDARY_ECHO, BOUNDARY_ECHO, PointTargetLaw(0.0), ping_geometry.transmit_position[None].copy(),
-        np.zeros((1, 3)), np.ones(1), np.ones(1, complex), whole_target_id(BOUNDARY_ECHO, 1), has_random_phase=False,
+        normal=np.zeros((1, 3)), area=np.ones(1), phase=np.ones(1, complex),
+        scatterer_id=whole_target_id(BOUNDARY_ECHO, 1), has_random_phase=False,
     )  # fmt: skip
 
 
-def scatters_facets(scene: Scene, path_settings: PathSettings) -> bool:
-    """Return True if the scattering law of the surface includes the energy that waves take from its specular echo.
+def surface_law_has_facets(scene: Scene, path_settings: PathSettings) -> bool:
+    """Return True if the surface scatters by a law that includes the energy that waves take from its specular echo.
 
     The facets of that law scatter about the specular direction; integrated, they have the energy of a flat surface.
     """
@@ -99,7 +104,7 @@ def scatters_facets(scene: Scene, path_settings: PathSettings) -> bool:
 
 
 def without_glints(legs: Legs) -> Legs:
-    """Rows of the coherent part of legs off a moving surface."""
+    """Rows of the coherent part of legs off a moving surface: those without a random bounce."""
     if legs.glints is None:
         return legs
     rows = [row for row, number in enumerate(legs.glints.bounce_id) if number < 0]
@@ -110,11 +115,11 @@ def without_glints(legs: Legs) -> Legs:
 def sediment_roughness_factor(
     legs: Legs, position: Floats, seabed: Seabed, wavelength: float, *, hull_depth: float = 0.0
 ) -> Floats:
-    """Factor of the roughness of a sediment on the coherent sound of all bottom bounces, shape (f, n) [1].
+    """Factor of the roughness of a sediment on the coherent pressure, all bottom bounces together, shape (f, n) [1].
 
     Args:
         legs: Legs between the position and n points.
-        position: North, east, depth of that end [m], shape (3,).
+        position: North, east, depth of the end at which the legs begin [m], shape (3,).
         seabed: The seabed.
         wavelength: Acoustic wavelength [m].
         hull_depth: Depth of the hull off which the families with H are reflected [m].
@@ -132,17 +137,18 @@ def sediment_bounce_factor(
     family: str, depth: float, length: Floats, sine: Floats, seabed: Seabed, wavelength: float, *,
     hull_depth: float = 0.0,
 ) -> Floats:  # fmt: skip
-    """Factor of the roughness of a sediment on the coherent sound of paths of one family [1], shape (n,).
+    """Factor of the roughness of a sediment on the coherent pressure of paths of one family [1], shape (n,).
 
-    exp(-2 k^2 h^2 sin^2) for each bottom bounce, h the rms height of the roughness between the length of the Fresnel
-    zone and the acoustic wavelength. The energy lost is in the near-specular part of the sediment's scattering law. For
-    a seabed with relief, whose legs include the roughness of the relief, and for one without a sediment law, it is 1.
+    exp(-2 k^2 h^2 sin^2) for each bottom bounce, h^2 the variance of the roughness of wavelengths from the acoustic one
+    to the geometric mean of the length and the width of the Fresnel zone. The energy lost is in the near-specular part
+    of the sediment's scattering law. For a seabed with relief, whose legs include the roughness of the relief, and for
+    one without a sediment law, it is 1.
 
     Args:
         family: Name of the family.
         depth: Depth of the end at which the paths begin [m].
         length: Lengths of the paths [m], shape (n,).
-        sine: Sine of their grazing angle at the end [1], shape (n,).
+        sine: Sine of their grazing angle at the end, and at all bounces [1], shape (n,).
         seabed: The seabed.
         wavelength: Acoustic wavelength [m].
         hull_depth: Depth of the hull that the family is reflected off; 0 for none [m].
@@ -170,7 +176,8 @@ def boundary_echo_pairs(transmitter: Scatterers, receive: Legs) -> Pairs:
         receive: Legs from the receiver to that point.
 
     Returns:
-        One pair for each row of the legs, of strength 1: pressure at the receiver re 1 m from the source.
+        One pair for each row of the legs, of strength 1: its amplitude is the pressure at the receiver re that at 1 m
+        from the source. Names of families are on the transmit legs.
     """
     rows = len(receive.families)
     zeros, ones = np.zeros_like(receive.delay), np.ones_like(receive.delay)

@@ -15,8 +15,8 @@ from insonify.engines.boundary_echoes import (
     boundary_echo_families,
     boundary_echo_pairs,
     from_receiver,
-    scatters_facets,
     sediment_roughness_factor,
+    surface_law_has_facets,
     without_glints,
 )
 from insonify.engines.engine_caches import EngineCaches
@@ -250,7 +250,7 @@ class EigenrayEngine:
             )
         if self.scene.surface.reflection != "flat":
             _, receive = self._reflected(receive, end, transmitter, ping_geometry, follow_bed=False)
-            if scatters_facets(self.scene, self.path_settings):
+            if surface_law_has_facets(self.scene, self.path_settings):
                 receive = without_glints(receive)
         if self.path_settings.edge_diffraction == "knife-edge":
             exact = replace(self, approximate_edges=False)

@@ -18,22 +18,27 @@ Singles = NDArray[np.float32]
 
 _TINY = 1e-9
 _CHUNK = 128
+"""Points that are processed together: the length of a row of the work array."""
 _C, _C2, _C3, _C4, _C5 = (np.uint64(_CHUNK * row) for row in (1, 2, 3, 4, 5))
+"""Offsets from the row of a vector's north component: its east and down components; from that of a plane's point, also
+the three components of its normal."""
 _END, _TRAVEL, _ARRIVAL, _REMAINING, _VALID, _LENGTH = (np.uint64(_CHUNK * row) for row in (0, 3, 6, 9, 10, 11))
-"""Current ends of the back-traced paths; direction of travel there, and at the point; remaining fraction of the path,
-validity, length.
+"""Current ends of the back-traced paths; direction of travel there, and at the point; fraction of the path between
+the sonar and that end, validity, length.
 """
 _BEARING_NORTH, _BEARING_EAST = (np.uint64(_CHUNK * row) for row in (12, 13))
 _X, _Y, _HALF_LENGTH, _HALF_WIDTH = (np.uint64(_CHUNK * row) for row in (14, 15, 16, 17))
-"""Bearing of each point, north and east; centre of a zone on the grid, and its half axes."""
+"""Horizontal unit vector towards each point, north and east; centre of a zone on the grid, and its half axes."""
 _HEIGHT, _ALONG, _ACROSS, _RESIDUAL = (np.uint64(_CHUNK * row) for row in (18, 19, 20, 21))
 """Fitted planes: height [m], slopes [1], and residual mean square [m^2]."""
 _COSINE_ON_GRID, _SINE_ON_GRID = (np.uint64(_CHUNK * row) for row in (22, 23))
 """Bearing of each point on the grid: cosine and sine."""
 _FIRST = 24
-_ANCHOR, _NORMAL, _IMAGE, _BOUNCE, _FRACTION, _SINE, _PLANE_RESIDUAL, _ROWS_PER_PLANE = 0, 3, 6, 9, 12, 13, 14, 15
+"""Number of rows before those of the planes."""
+_ANCHOR, _IMAGE, _BOUNCE, _FRACTION, _SINE, _PLANE_RESIDUAL, _ROWS_PER_PLANE = 0, 6, 9, 12, 13, 14, 15
 """Rows of each plane: a point of it, its normal, the image before it, the bounce, the fraction of the path before that,
-the sine of the grazing angle, and the residual of the fit; after the last plane comes the last image.
+the sine of the grazing angle, and the mean square residual of the fit; after the last plane comes the last
+image.
 """
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
@@ -56,7 +61,8 @@ class ImagePaths(NamedTuple):
     residual_variance: Floats
     """Mean square of the terrain's residual about each plane [m^2], shape (m, n)."""
     is_valid: NDArray[np.bool_]
-    """False where a plane lies on the wrong side of the point or the sonar, shape (n,)."""
+    """False where the next bounce, or the point, is not on the water side of a plane, or the image before the plane is,
+    shape (n,)."""
 
 
 class TerrainFrame(NamedTuple):
@@ -75,7 +81,7 @@ class TerrainFrame(NamedTuple):
     wavelength: float
     """Wavelength of the sound [m]."""
     shortest_half_axis: float
-    """Half axis below which ellipses are equivalent [m]."""
+    """Least half axis of an ellipse; smaller ones are enlarged to it [m]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -85,22 +91,22 @@ def _workspace(plane_count: int) -> Floats:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _row(plane: int, column_number: int) -> np.uint64:
-    """Start of a plane's row."""
-    return np.uint64(_CHUNK * (_FIRST + _ROWS_PER_PLANE * plane + column_number))
+def _row(plane: int, row: int) -> np.uint64:
+    """Index of the first number of one row of a plane."""
+    return np.uint64(_CHUNK * (_FIRST + _ROWS_PER_PLANE * plane + row))
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _reflect_in_plane(workspace: Floats, count: int, image: np.uint64, plane: np.uint64, behind: np.uint64) -> None:
-    """Images of positions in planes."""
+def _reflect_in_plane(workspace: Floats, count: int, image: np.uint64, plane: np.uint64, reflected: np.uint64) -> None:
+    """Images of positions in planes, into the rows from `reflected` on."""
     for n in range(np.uint64(count)):
         x, y, z = workspace[image + n], workspace[image + _C + n], workspace[image + _C2 + n]
         f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
         a, b, c = x - workspace[plane + n], y - workspace[plane + _C + n], z - workspace[plane + _C2 + n]
         twice_height = 2 * (a * f + b * g + c * h)
-        workspace[behind + n] = x - twice_height * f
-        workspace[behind + _C + n] = y - twice_height * g
-        workspace[behind + _C2 + n] = z - twice_height * h
+        workspace[reflected + n] = x - twice_height * f
+        workspace[reflected + _C + n] = y - twice_height * g
+        workspace[reflected + _C2 + n] = z - twice_height * h
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -123,18 +129,18 @@ def _intersect_plane(
 ) -> None:
     """Move ends along the line from the image to its intersection with the plane; fraction of the path to there.
 
-    Validity: the end lies above the plane and the image below it.
+    Validity: the end lies on the water side of the plane and the image on the other.
     """
     for n in range(np.uint64(count)):
         ex, ey, ez = workspace[_END + n], workspace[_END + _C + n], workspace[_END + _C2 + n]
         x, y, z = workspace[image + n], workspace[image + _C + n], workspace[image + _C2 + n]
         a, b, c = workspace[plane + n], workspace[plane + _C + n], workspace[plane + _C2 + n]
         f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
-        above = (ex - a) * f + (ey - b) * g + (ez - c) * h
-        below = -((x - a) * f + (y - b) * g + (z - c) * h)
+        end_distance = (ex - a) * f + (ey - b) * g + (ez - c) * h
+        image_distance = -((x - a) * f + (y - b) * g + (z - c) * h)
         is_valid = workspace[_VALID + n]
-        workspace[_VALID + n] = is_valid if min(above, below) > 0 else 0.0
-        fraction_to_plane = min(max(above / max(above + below, _TINY), 0.0), 1.0)
+        workspace[_VALID + n] = is_valid if min(end_distance, image_distance) > 0 else 0.0
+        fraction_to_plane = min(max(end_distance / max(end_distance + image_distance, _TINY), 0.0), 1.0)
         workspace[_END + n] = workspace[bounce + n] = ex + fraction_to_plane * (x - ex)
         workspace[_END + _C + n] = workspace[bounce + _C + n] = ey + fraction_to_plane * (y - ey)
         workspace[_END + _C2 + n] = workspace[bounce + _C2 + n] = ez + fraction_to_plane * (z - ez)
@@ -209,7 +215,7 @@ def image_paths(position: Floats, points: Floats, plane_point: Floats, plane_nor
         points: North, east, depth of the points [m], (n, 3).
         plane_point: A point of each plane [m], (m, n, 3).
         plane_normal: Unit normal of each plane, into the water, (m, n, 3).
-        paths: Result.
+        paths: Result, but for the residuals.
     """
     plane_count = plane_point.shape[0]
     workspace, all_indices = _workspace(plane_count), np.arange(points.shape[0])
@@ -264,16 +270,17 @@ def paths_off_local_planes(
         position: As of `image_paths`.
         points: As of `image_paths`.
         is_seabed_bounce: True for planes of the seabed, False for the surface, (m,).
-        bounce_shift: Offset from each bounce to the sampled terrain [m], (m, n, 2), or (m, 0, 2) for none.
+        bounce_shift: Offset, north and east, from each bounce of the straight path to that of the refracted one, where
+            the terrain is sampled [m], (m, n, 2); or (m, 0, 2) for straight paths.
         frame: Frame of the terrain.
-        disc_samples: Samples of the unit disc for the first planes and for the last, see `fit_planes`.
+        disc_samples: Samples of the unit disc, one set for each round of fits, from coarse to fine, see `fit_planes`.
         heightmap: Tiles of terrain heights.
         missing: Result: missing tiles, see `fit_planes`.
-        is_done: Mask of the points with a path, (n,).
+        is_done: True for points whose path is computed, whether valid or not, (n,); input and result.
         paths: Result.
 
     Returns:
-        True if all points have a path.
+        True if all points are computed; False while tiles are missing.
     """
     plane_count, remaining_points = is_seabed_bounce.size, np.flatnonzero(~is_done)
     workspace, is_known = _workspace(plane_count), np.empty(_CHUNK, np.bool_)
@@ -319,7 +326,10 @@ def _set_flat_planes(
     position: Floats, points: Floats, indices: NDArray[np.int64], is_seabed_bounce: NDArray[np.bool_], depth: float,
     workspace: Floats,
 ) -> None:  # fmt: skip
-    """Set flat planes in the work array, and the bearings of the points; arguments as of `paths_off_local_planes`."""
+    """Set flat planes in the work array, and the bearings of the points.
+
+    Arguments are those of `paths_off_local_planes` and `_unfold`; `depth` is that of the seabed's mean plane [m].
+    """
     for k in range(is_seabed_bounce.size):
         plane = _row(k, _ANCHOR)
         for q in range(np.uint64(indices.size)):
@@ -337,7 +347,7 @@ def _set_flat_planes(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _zone_ellipses(count: int, k: int, frame: TerrainFrame, workspace: Floats) -> None:
-    """Centres and half axes of the zones about the bounces off one plane, on the grid."""
+    """Centres, half axes and directions of the zones about the bounces off one plane, on the grid."""
     bounce, fraction, sine = _row(k, _BOUNCE), _row(k, _FRACTION), _row(k, _SINE)
     for q in range(np.uint64(count)):
         fraction_before, length = workspace[fraction + q], workspace[_LENGTH + q]
@@ -357,7 +367,7 @@ def _zone_ellipses(count: int, k: int, frame: TerrainFrame, workspace: Floats) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _shift_zones(indices: NDArray[np.int64], bounce_shift: Floats, frame: TerrainFrame, workspace: Floats) -> None:
-    """Move the centres of zones to the sampled terrain, (n, 2)."""
+    """Move the centres of zones from the bounces of straight paths to those of refracted ones, by (n, 2)."""
     for q in range(np.uint64(indices.size)):
         x, y = bounce_shift[indices[q], 0], bounce_shift[indices[q], 1]
         workspace[_X + q] += frame.cosine * x + frame.sine * y
@@ -366,7 +376,7 @@ def _shift_zones(indices: NDArray[np.int64], bounce_shift: Floats, frame: Terrai
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _set_planes(count: int, k: int, depth: float, workspace: Floats) -> None:
-    """Set one plane from the fits about its bounces."""
+    """Set one plane of every path from its fit: through the bounce at the fitted height, with its normal upwards."""
     plane, bounce, residual = _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _PLANE_RESIDUAL)
     for q in range(np.uint64(count)):
         ray_north, ray_east, along, across = (

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from insonify.model import field_error
 from insonify.sonar.received_pulse import received_pulse
-from insonify.sonar.receiver import ROLL_OFF
+from insonify.sonar.receiver import FULL_TO_FLAT_BANDWIDTH
 from insonify.synthesis.channel_noise import sea_noise_spectrum
 from insonify.synthesis.noise import noise_intensity
 from insonify.synthesis.receiver_chain import receiver_gain
@@ -64,7 +64,7 @@ def _recorder_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
 def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """Errors of tones outside the receiver's band."""
     receiver, centre = scenario.sonar.receiver, scenario.sonar.pulse.frequency
-    edge = ROLL_OFF / 2 * receiver.bandwidth
+    edge = FULL_TO_FLAT_BANDWIDTH / 2 * receiver.bandwidth
     for row, tone in enumerate(() if receiver.self_noise is None else receiver.self_noise.tones):
         if abs(tone.frequency - centre) >= edge:
             yield field_error(

@@ -43,47 +43,55 @@ class LibraryShape:
     source: str
     """Source of its size."""
     make: Callable[[int], Triangles]
-    """Function of the number of a rock that returns the surface in its own axes."""
+    """Function from a variant to the surface [m] in its own axes; rocks differ, other shapes are the same."""
 
 
 @lru_cache(maxsize=1024)
 def preset_triangles(name: str, variant: int = 0) -> Triangles:
-    """Surface of one of the library's shapes in its own axes: forward, starboard, down.
+    """Surface of one of the library's shapes [m] in its own axes (forward, starboard, down).
+
+    The origin is the middle of its bounding box.
 
     Args:
         name: One of `PRESETS`.
-        variant: Number of the rock.
+        variant: Number of the rock; ignored by other shapes.
     """
     return LIBRARY[name].make(variant).centred()
 
 
 def _rock(variant: int) -> Triangles:
-    """An ellipsoid with bumps: a sum of directed waves over the sphere, with amplitudes that fall as 1 / wavenumber."""
+    """An ellipsoid with bumps, and half axes that vary by 15 %.
+
+    The bumps are a sum of plane waves of random directions, evaluated on a sphere of radius 1, whose amplitudes fall as
+    1 / wavenumber.
+    """
     ball = sphere(2.0)
     n = np.arange(ROCK_WAVES)
     u = random_keys.uniforms(variant, random_keys.TARGET, n, 0, _ROCK)
-    high, turn = 2 * u[:, 0] - 1, 2 * np.pi * u[:, 1]
-    horizontal = np.sqrt(1 - high**2)
-    direction = np.stack([horizontal * np.cos(turn), horizontal * np.sin(turn), high], axis=-1)
-    number = 1.5 + 6.0 * n / ROCK_WAVES
-    bump = (0.11 / number * np.cos(ball.vertices @ direction.T * number + 2 * np.pi * u[:, 2])).sum(axis=1)
+    vertical, azimuth = 2 * u[:, 0] - 1, 2 * np.pi * u[:, 1]
+    horizontal = np.sqrt(1 - vertical**2)
+    direction = np.stack([horizontal * np.cos(azimuth), horizontal * np.sin(azimuth), vertical], axis=-1)
+    wavenumber = 1.5 + 6.0 * n / ROCK_WAVES
+    phase = ball.vertices @ direction.T * wavenumber + 2 * np.pi * u[:, 2]
+    bump = (0.11 / wavenumber * np.cos(phase)).sum(axis=1)
     radii = np.array([0.5, 0.4, 0.3]) * (
         0.85 + 0.3 * random_keys.uniforms(variant, random_keys.TARGET, 0, 1, _ROCK)[:3]
     )
     return Triangles(ball.vertices * (1 + bump)[:, None] * radii, ball.faces)
 
 
-_ROCK = 5  # number of the face in the keys of a rock
+_ROCK = 5
+"""Third counter of the random numbers of a rock; boxes and solids have the number of a face there."""
 
 
 def _shell(_: int) -> Triangles:
-    """Boat tail, straight body and ogive of an artillery shell."""
+    """Boat tail, straight body and parabolic nose of an artillery shell."""
     nose = [(0.27 + 0.33 * s, 0.0775 * (1 - s**2)) for s in np.linspace(0, 0.9, 10)]
     return surface_of_revolution([(0.0, 0.0), (0.0, 0.066), (0.06, 0.0775), *nose, (0.6, 0.0)])
 
 
 def _bomb(_: int) -> Triangles:
-    """Ogive body of an aircraft bomb, and four fins."""
+    """Tapered tail, straight body and parabolic nose of an aircraft bomb; two crossed plates are its four fins."""
     nose = [(1.0 + 0.6 * s, 0.1365 * (1 - s**2)) for s in np.linspace(0, 0.9, 10)]
     body = surface_of_revolution([(0.0, 0.0), (0.0, 0.09), (0.55, 0.1365), *nose, (1.6, 0.0)])
     fins = [block(0.45, 0.38, 0.008), block(0.45, 0.008, 0.38)]
@@ -93,7 +101,7 @@ def _bomb(_: int) -> Triangles:
 def _anchor(_: int) -> Triangles:
     """Shank, crown and two flukes of a stockless anchor, lying on its side."""
     shank, crown = block(1.3, 0.16, 0.16), block(0.3, 0.85, 0.3)
-    fluke = wedge(0.75, 0.45, 0.12, 0.25)
+    fluke = wedge(0.75, top_length=0.45, width=0.12, height=0.25)
     positions = [(0.65, 0, 0), (0, 0, 0), (0.4, 0.32, 0), (0.4, -0.32, 0)]
     parts = zip([shank, crown, fluke, fluke], positions, strict=True)
     return merged_surfaces([part.transformed(np.eye(3), np.array(position, float)) for part, position in parts])
@@ -107,19 +115,19 @@ def _wreck(_: int) -> Triangles:
 
 LIBRARY: dict[str, LibraryShape] = {
     "manta": LibraryShape(
-        "a squat mine on the bed, like a truncated cone: base 0.98 m, top 0.5 m, 0.47 m high",
+        "a squat mine on the seabed, a truncated cone: diameter 0.98 m at the base, 0.5 m at the top, 0.47 m high",
         "typical of its kind, from memory",
         lambda _: with_axis_up(frustum(0.47, 0.98, 0.5)),
     ),
     "cylinder_mine": LibraryShape(
-        "a mine like a cylinder: 2 m long, 0.6 m thick",
+        "a cylindrical mine: 2 m long, 0.6 m in diameter",
         "the Mk 25 found in the Kanmon Straits was 2 m by 0.6 m (press report, August 2013)",
         lambda _: cylinder(2.0, 0.6),
     ),
     "rockan": LibraryShape(
-        "a gliding mine like a wedge: 1 m long, 0.8 m wide, 0.38 m high",
+        "a wedge-shaped gliding mine: 1 m long, 0.8 m wide, 0.38 m high",
         "typical of its kind, from memory",
-        lambda _: wedge(1.0, 0.25, 0.8, 0.38),
+        lambda _: wedge(1.0, top_length=0.25, width=0.8, height=0.38),
     ),
     "drum": LibraryShape(
         "a 208 litre steel drum, lying: 0.851 m by 0.572 m",
@@ -130,7 +138,7 @@ LIBRARY: dict[str, LibraryShape] = {
         "a rough boulder of about 1.0 by 0.8 by 0.6 m; every variant is another one", "generic", _rock
     ),
     "tyre": LibraryShape(
-        "a car tyre, lying flat: 0.632 m outside, 0.205 m wide, 0.113 m from tread to rim",
+        "a car tyre, lying flat: 0.632 m in diameter, 0.205 m wide, side wall 0.113 m high",
         "the size code 205/55 R16: width, side wall 55 % of it, a rim of 16 inches",
         lambda _: with_axis_up(torus(0.632, 0.113, width=0.205)),
     ),
@@ -138,7 +146,7 @@ LIBRARY: dict[str, LibraryShape] = {
         "a stockless ship's anchor, lying: 1.4 m long", "typical of about 400 kg, from memory", _anchor
     ),
     "pipe": LibraryShape(
-        "an open steel pipe: 12 m long, 0.324 m thick, wall 10.3 mm",
+        "an open steel pipe: 12 m long, 0.324 m in diameter, wall 10.3 mm",
         "ASME B36.10M, NPS 12 schedule 40: outside 323.8 mm, wall 10.31 mm; from memory",
         lambda _: tube(12.0, 0.3238, 0.01031),
     ),
@@ -148,8 +156,8 @@ LIBRARY: dict[str, LibraryShape] = {
         _shell,
     ),
     "bomb": LibraryShape(
-        "an aircraft bomb of the 250 kg class with fins: 1.9 m long, 0.273 m thick",
-        "typical of the Mk 82, 273 mm thick, from memory",
+        "an aircraft bomb of the 250 kg class with fins: 1.9 m long, 0.273 m in diameter",
+        "typical of the Mk 82, 273 mm in diameter, from memory",
         _bomb,
     ),
     "wreck": LibraryShape("a small ship as blocks: hull 60 by 10 by 6 m, deckhouse, a mast to 16 m", "generic", _wreck),

@@ -14,7 +14,7 @@ from insonify.model import Hertz, Metres, Model, Seconds
 from insonify.sonar.electronics import AnalogToDigitalConverter, Crosstalk, ReceiverGain, SelfNoise
 from insonify.sonar.hydrophones import ElementErrors
 
-ROLL_OFF = 1.25
+FULL_TO_FLAT_BANDWIDTH = 1.25
 """Full width of the receiver's response over its flat width, and sample rate over band [1]."""
 
 
@@ -60,7 +60,7 @@ class Receiver(Model):
     @property
     def sample_rate(self) -> float:
         """Complex samples per second of the recording [Hz]."""
-        return ROLL_OFF * self.bandwidth
+        return FULL_TO_FLAT_BANDWIDTH * self.bandwidth
 
 
 def response(receiver: Receiver, offset: ArrayLike) -> NDArray[np.float64]:
@@ -73,5 +73,5 @@ def response(receiver: Receiver, offset: ArrayLike) -> NDArray[np.float64]:
     Returns:
         1 up to half the band, then a raised cosine down to 0 at 0.625 of the band, shape of `offset`.
     """
-    edge = (np.abs(np.asarray(offset, dtype=float)) / receiver.bandwidth - 0.5) / (ROLL_OFF / 2 - 0.5)
+    edge = (np.abs(np.asarray(offset, dtype=float)) / receiver.bandwidth - 0.5) / (FULL_TO_FLAT_BANDWIDTH / 2 - 0.5)
     return np.asarray(np.cos(np.pi / 2 * np.clip(edge, 0, 1)) ** 2)

@@ -14,13 +14,13 @@ from insonify.sonar.element_array import AnyArray, ArcArray, Array, ElementArray
 from insonify.sonar.hull import Hull
 from insonify.sonar.hydrophones import element_layout, single_element
 from insonify.sonar.pulse import MIN_PLAUSIBLE_FREQUENCY, Pulse
-from insonify.sonar.receiver import ROLL_OFF, Receiver
+from insonify.sonar.receiver import FULL_TO_FLAT_BANDWIDTH, Receiver
 from insonify.sonar.recorder import Recorder
 
 STARBOARD = np.pi / 2
 """Bearing of a sidescan's starboard side, clockwise from the bow [rad]."""
-MIN_STARBOARD_COMPONENT = 1e-6
-"""Smallest starboard component of the boresight of a sonar with sides [1]."""
+MIN_BEARING_SINE = 1e-6
+"""Sine of the boresight's bearing that a sonar with sides exceeds [1]."""
 Side = Literal["port", "starboard"]
 
 
@@ -60,7 +60,7 @@ class Sonar(Model):
         if not self.sides or len(set(self.sides)) < len(self.sides):
             raise field_error("sides", None, f"[{', '.join(self.sides)}] is no choice of sides. Write [port, "
                           "starboard], one of them, or null.")  # fmt: skip
-        if np.sin(self.mounting.bearing) <= MIN_STARBOARD_COMPONENT:
+        if np.sin(self.mounting.bearing) <= MIN_BEARING_SINE:
             raise field_error(
                 "mounting.bearing", f"{np.degrees(self.mounting.bearing):g} deg",
                 "is not to starboard of the bow, and port is made its mirror image. Write the bearing of the "
@@ -70,7 +70,7 @@ class Sonar(Model):
 
     @model_validator(mode="after")
     def _band_above_zero(self) -> Self:
-        if ROLL_OFF / 2 * self.receiver.bandwidth >= self.pulse.frequency:
+        if FULL_TO_FLAT_BANDWIDTH / 2 * self.receiver.bandwidth >= self.pulse.frequency:
             if self.pulse.frequency <= MIN_PLAUSIBLE_FREQUENCY:
                 raise field_error(
                     "pulse.frequency",
@@ -78,7 +78,7 @@ class Sonar(Model):
                     f"is too low for a receiver of {self.receiver.bandwidth / 1e3:g} kHz. "
                     f"Did you mean {self.pulse.frequency:g} kHz? Write the unit.",
                 )
-            limit = self.pulse.frequency * 2 / ROLL_OFF / 1e3
+            limit = self.pulse.frequency * 2 / FULL_TO_FLAT_BANDWIDTH / 1e3
             raise field_error(
                 "receiver.bandwidth",
                 f"{self.receiver.bandwidth / 1e3:g} kHz",
@@ -129,12 +129,15 @@ class Sonar(Model):
 
     @property
     def channel_count(self) -> int:
-        """Number of recorded channels: all beams of the first side, then those of the second."""
+        """Number of recorded channels: all channels of the first side, then those of the second."""
         return self.beam_count * len(self.side_sonars)
 
     @property
     def steers(self) -> tuple[float, ...]:
-        """Angle of each channel to the right of boresight [rad]: the receive beam's, or the only steered one."""
+        """Angle of each channel to the right of boresight [rad].
+
+        That of its receive beam; of its transmit beam where only the transmit array has several; 0 for elements.
+        """
         return tuple(angle for side in self.side_sonars for angle in side._beam_steers)
 
     @property
@@ -166,7 +169,10 @@ class Sonar(Model):
 
     @property
     def arrays(self) -> tuple[AnyArray, AnyArray]:
-        """Transmit and receive array with every steer angle filled in; each has one beam or one per channel."""
+        """Transmit and receive array; each has one beam or one per channel.
+
+        A transmit array without steer angles takes those of the receive array, unless elements are recorded.
+        """
         if self.receiver.record == "elements" or isinstance(self.transmit, PointTransducer | ElementArray | ArcArray):
             return self.transmit, self.receive
         if self.transmit.steer is not None:
@@ -175,7 +181,7 @@ class Sonar(Model):
 
     @property
     def channel_arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, ...]:
-        """Arrays of a channel: transmit array, and receive array or one element of it."""
+        """Arrays whose patterns one channel has: transmit array, and receive array or one element of it."""
         if self.receiver.record == "elements":
             return *self.beam_arrays, single_element(self.receive)
         return self.beam_arrays
@@ -188,7 +194,10 @@ class Sonar(Model):
 
 
 def mirror_image(sonar: Sonar) -> Sonar:
-    """Mirror image of a sonar in the vertical plane through the fore-and-aft axis: the other side of a sidescan."""
+    """Mirror image of a sonar in the vertical plane through the fore-and-aft axis: the other side of a sidescan.
+
+    A hull is left as it is.
+    """
     mounting = sonar.mounting.unchecked_copy(bearing=-sonar.mounting.bearing)
     ends = {"transmit": _mirror_image_of_array(sonar.transmit), "receive": _mirror_image_of_array(sonar.receive)}
     return sonar.unchecked_copy(mounting=mounting, **ends)
@@ -206,7 +215,7 @@ def _mirror_image_of_array(array: AnyArray) -> AnyArray:
 
 
 def array_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Axes of the arrays in the world.
+    """Axes of the transmit array in the world, and of the receive array if it has the same mounting.
 
     Args:
         sonar: The sonar; only its mounting matters.
@@ -230,7 +239,7 @@ def receiver_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.flo
     """Axes of the receive array in the world, see `array_rotation`.
 
     Args:
-        sonar: The sonar; only its mounting matters.
+        sonar: The sonar; only the mounting of its receive array matters.
         body: Axes of the receiver's platform in the world as columns, shape (3, 3).
     """
     mounting = receiver_mounting(sonar)

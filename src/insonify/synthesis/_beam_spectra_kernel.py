@@ -1,8 +1,8 @@
-"""Kernel that forms beams from rows of direction cosines, at each frequency with the phase that is due there.
+"""Kernel that forms beams from rows of direction cosines, with the exact phase of each frequency.
 
 The phasors of a frequency follow from those of the one before by one multiplication. An aperture's points lie in pairs
-at equal distances on either side of its centre, so that sums of cosines and of sines serve both. Plain numbers and
-arrays.
+at +p and -p about its centre, whose phasors add to 2 cos(2 pi p (u_row - u_beam)): a product of cosines and a product
+of sines, of which the factors of the row are summed first. Plain numbers and arrays.
 """
 
 from typing import NamedTuple
@@ -24,9 +24,10 @@ class AperturePoints(NamedTuple):
     position: Floats
     """Distances from the centre [wavelengths at the carrier], shape (n,)."""
     weight: Floats
-    """Weights [1], shape (n,)."""
+    """Weight of both points of a pair together [1], shape (n,)."""
     inverse_response: Floats
-    """One over the transform of the gridding kernel, a polynomial in the square of the cycles per row."""
+    """One over the transform of the gridding kernel, as coefficients of a polynomial in the square of the cycles per
+    row, constant first."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -42,14 +43,14 @@ def _phasors(turns: Floats) -> Floats:
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _add_row(x: float, y: float, phasor: Floats, phase_step: Floats, sums: Floats) -> None:
-    """Add a row at one frequency to the sums of cosines and of sines of all points, real and imaginary, (4, points).
+    """Add a row at one frequency to the sums of all points, and advance the phasors to the next frequency.
 
     Args:
         x: Real part of the row's spectrum.
         y: Imaginary part.
-        phasor: Cosines and sines at this frequency, of which those at the next are made, (2, points).
+        phasor: Cosines and sines at this frequency; changed to those at the next, (2, points).
         phase_step: Cosines and sines of the increment, (2, points).
-        sums: Sums, added to.
+        sums: Real and imaginary part times cosine, then both times sine; added to, (4, points).
     """
     for j in range(phasor.shape[1]):
         c, s = phasor[0, j], phasor[1, j]
@@ -63,7 +64,17 @@ def _add_row(x: float, y: float, phasor: Floats, phase_step: Floats, sums: Float
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _add_point(a: float, b: float, c: float, d: float, phasor: Floats, phase_step: Floats, sums: Floats) -> None:
-    """Add a point at one frequency, by its sums of `_add_row`, to all beams, real and imaginary, (2, beams)."""
+    """Add a point at one frequency to all beams, and advance the phasors to the next frequency.
+
+    Args:
+        a: Weighted sum of the point: real part times cosine, see `_add_row`.
+        b: Imaginary part times cosine.
+        c: Real part times sine.
+        d: Imaginary part times sine.
+        phasor: Cosines and sines at this frequency; changed to those at the next, (2, beams).
+        phase_step: Cosines and sines of the increment, (2, beams).
+        sums: Real and imaginary part of each beam; added to, (2, beams).
+    """
     for k in range(phasor.shape[1]):
         cosine, sine = phasor[0, k], phasor[1, k]
         sums[0, k] += a * cosine + c * sine
@@ -87,7 +98,7 @@ def form_beams(
         points: Points of the aperture.
         ratio: The first frequency re the carrier [1].
         increment: Increment of that ratio per frequency [1].
-        beams: Result: spectra of the beams without their scale, (beams, frequencies).
+        beams: Result: spectra of the beams before multiplication by `DirectionGrid.scale`, (beams, frequencies).
     """
     position, count = points.position, points.position.size
     row_turns, beam_turns = np.outer(row_cosine, position), np.outer(position, steer)

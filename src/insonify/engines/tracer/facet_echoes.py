@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import random_keys
-from insonify.engines.boundary_echoes import boundary_echo_families, scatters_facets
+from insonify.engines.boundary_echoes import boundary_echo_families, surface_law_has_facets
 from insonify.engines.tracer.family_legs import TracedLegs, family_legs, is_clear, nearest_delay
 from insonify.engines.tracer.hit_energies import (
     OWN_BOUNCE,
@@ -176,7 +176,7 @@ def facet_boundary_echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnerg
     rays, facets = hits.rays, ping.facets
     if facets is None or hits.letter != "S" or "T" in rays.chain or ping.is_reversed:
         return
-    if scatters_facets(ping.scene, ping.path_settings):
+    if surface_law_has_facets(ping.scene, ping.path_settings):
         return
     echoes = boundary_echo_families(ping.path_settings, two_platforms=False)
     for family in ping.path_settings.followed_families:
