@@ -50,7 +50,7 @@ def kongsberg_all() -> bytes:
                         for n in range(2))  # fmt: skip
     two = (2).to_bytes(2, "little")
     bodies = {
-        "V": profile, "D": depth, "f": old_ranges, "S": image, "l": info + bytes(16) + extra + bytes(10),
+        "V": profile, "D": depth, "f": old_ranges, "S": image, "l": info + bytes(16) + extra + bytes(2 * (2 * 5 + 1)),
         "n": two + b"\0\0" + messages, "C": record(p.CLOCK, date=20231114, milliseconds=500, pps=1),
         "h": record(p.HEIGHT, height=4714), "H": two + record(p.HEADING, 2, elapsed=[0, 500], heading=9000) + b"\0",
         "G": two + record(p.SPEED, 2, elapsed=[0, 1], sound_speed=14807) + b"\0",

@@ -86,7 +86,7 @@ def test_extra_detections_and_sensors_of_all_files(opened):
         assert float(next(iter(found[name].data_vars.values()))[0]) == pytest.approx(value), name
     assert float(found["tilt of the transducer"].tilt[0]) == pytest.approx(np.radians(-3))
     assert int(found["clock"].external_date[0]) == 20231114
-    assert [part.reason for part in opened.check()] == ["l: 5 samples about extra detections, not read"]
+    assert [part.reason for part in opened.check()] == ["l: 11 samples about extra detections, not read"]
     assert [part.reason for part in opened.not_read] == ["1: processor status: not read, 1 of them"]
 
 

@@ -119,7 +119,7 @@ def variables(
 def record_settings(
     record: NDArray[Any], columns: Iterable[Column], source: tuple[str, int], prefix: str = ""
 ) -> Iterator[Setting]:
-    """Settings of the fields of one record, shape ().
+    """Settings of the fields of one record, shape (), without those of which the file states no value.
 
     Args:
         record: The record.
@@ -131,9 +131,9 @@ def record_settings(
         raw = record[column.field]
         if raw.dtype.kind == "S":
             yield Setting(prefix + column.name, text_of(raw), "", *source)
-        else:
+        elif (value := values_of(record, column).item()) == value:  # not NaN
             unit = "1" if column.unit == "code" else column.unit
-            yield Setting(prefix + column.name, values_of(record, column).item(), unit, *source)
+            yield Setting(prefix + column.name, value, unit, *source)
 
 
 def text_of(raw: NDArray[np.bytes_]) -> str:

@@ -37,27 +37,30 @@ from insonify.formats.instruments.instrument_file import (
     InstrumentFile,
     LeverArm,
     Setting,
-    records,
 )
-from insonify.formats.instruments.kongsberg_all_earlier import NO_QUALITY
+from insonify.formats.instruments.kongsberg_all_earlier import NO_METHOD, NO_QUALITY
+from insonify.formats.instruments.kongsberg_all_layouts import byte_order, highest_is_none, ordered_records
 from insonify.formats.instruments.kongsberg_all_sensors import ATTITUDE, SENSORS, readings
 from insonify.formats.instruments.kongsberg_text import installation_settings
 
 _HEAD = layouts.HEADER.itemsize
 _TRAILER = 3  # bytes: the end identifier and the checksum
+_TWO_BYTES = np.dtype("<u2")
 _CENTI, _DECI = 0.01, 0.1
-_START = re.compile(rb"\x02[0-9A-Za-z]..[\x00-\xff]{2}[\x2f-\x40]\x01", re.DOTALL)  # a date from 1990 to 2099
+_START = re.compile(rb"\x02[0-9A-Za-z]..(?:..[\x2f-\x40]\x01|\x01[\x2f-\x40]..)", re.DOTALL)  # 1990 to 2099
+_MODELS = {2045: "2040C", 3020: "3002", **dict.fromkeys(earlier.DUAL_HEADS, "3000D")}
+"""Names of the models whose number is another ("Output datagrams", appendix B)."""
 _IDENTITY = (
     Column("ping_number", "counter", "code", "number of the ping in the instrument"),
     Column("serial", "serial", "code", "serial number of the receiver"),
 )
-_SOUNDING_PING = (
+_SOUNDING_PING = highest_is_none(layouts.XYZ, (
     Column("heading", "heading", "rad", "heading of the vessel", _CENTI * DEGREE),
     Column("sound_speed", "sound_speed", "m/s", "sound speed at the transducer", _DECI),
     Column("transducer_depth", "transducer_depth", "m", "depth of the transmitter below the water line"),
     Column("sample_rate", "sample_rate", "Hz", "sample rate"),
-)
-_SOUNDING = (
+))  # fmt: skip
+_SOUNDING = highest_is_none(layouts.XYZ_BEAM, (
     Column("forward", "forward", "m", "position re the positioning system's reference, forward"),
     Column("starboard", "starboard", "m", "position re the positioning system's reference, to starboard"),
     Column("down", "down", "m", "position re the transmitter, down"),
@@ -65,13 +68,13 @@ _SOUNDING = (
     Column("quality", "quality", "1", "standard deviation of the range re the range", 1 / 250, NO_QUALITY),
     Column("incidence_correction", "incidence_correction", "rad", "correction of the incidence angle", _DECI * DEGREE),
     Column("cleaning", "cleaning", "code", "negative where a beam is flagged out"),
-)
-_RANGE = (
+))  # fmt: skip
+_RANGE = highest_is_none(layouts.RANGE_BEAM, (
     Column("travel_time", "travel_time", "s", "two-way travel time"),
     Column("beam_angle", "angle", "rad", "beam angle re the receiver, positive to starboard", -_CENTI * DEGREE),
     Column("sector", "sector", "code", "transmit sector"),
-)
-_SECTOR = (
+))  # fmt: skip
+_SECTOR = highest_is_none(layouts.RANGE_SECTOR, (
     Column("frequency", "frequency", "Hz", "centre frequency of the sector"),
     Column("sector_delay", "delay", "s", "delay of the sector's transmission re the first"),
     Column("tilt", "tilt", "rad", "steering of the transmitter along re the array", _CENTI * DEGREE),
@@ -80,13 +83,13 @@ _SECTOR = (
     Column("pulse_length", "pulse_length", "s", "length of the sector's pulse"),
     Column("absorption", "absorption", "dB/m", "mean absorption of the sector", 1e-5, 0.0),
     Column("waveform", "waveform", "code", "0 CW, 1 rising FM, 2 falling FM"),
-)
-_EXTRA_PING = (
+))  # fmt: skip
+_EXTRA_PING = highest_is_none(layouts.EXTRA, (
     Column("heading", "heading", "rad", "heading of the vessel", _CENTI * DEGREE),
     Column("sound_speed", "sound_speed", "m/s", "sound speed at the transducer", _DECI),
     Column("transducer_depth", "reference_depth", "m", "depth of the point that depths refer to"),
-)
-_EXTRA = (
+))  # fmt: skip
+_EXTRA = highest_is_none(layouts.EXTRA_BEAM, (
     Column("travel_time", "travel_time", "s", "two-way travel time"),
     Column("beam_angle", "angle", "rad", "beam angle re the receiver, positive to starboard", -DEGREE),
     Column("forward", "forward", "m", "position forward"),
@@ -98,48 +101,48 @@ _EXTRA = (
     Column("confidence", "confidence", "code", "confidence level"),
     Column("water_column_beam", "water_column_beam", "code", "beam of the water column"),
     Column("water_column_sample", "water_column_sample", "code", "sample of the detection in the water column"),
-)
-_IMAGE_PING = (
+))  # fmt: skip
+_IMAGE_PING = highest_is_none(layouts.IMAGE, (
     Column("image_sample_rate", "sample_rate", "Hz", "sample rate of the seabed image"),
     Column("normal_sample", "normal_range", "1", "range of normal incidence used for the levels [samples]"),
     Column("normal_level", "normal_level", "dB", "backscatter level at normal incidence", _DECI),
     Column("oblique_level", "oblique_level", "dB", "backscatter level at oblique incidence", _DECI),
     Column("tx_beam_width", "tx_beam_width", "rad", "beam width of the transmitter, along", _DECI * DEGREE),
     Column("crossover_angle", "crossover", "rad", "crossover angle of the gain law", _DECI * DEGREE),
-)
+))  # fmt: skip
 _IMAGE_BEAM = (
     Column("sample_count", "sample_count", "code", "samples of the beam"),
     Column("centre_sample", "centre_sample", "code", "number of the sample at the detection, from 1 in rising range"),
 )
-_WATER = (
+_WATER = highest_is_none(layouts.WATER, (
     Column("sample_rate", "sample_rate", "Hz", "sample rate", _CENTI),
     Column("sound_speed", "sound_speed", "m/s", "sound speed at the transducer", _DECI),
     Column("gain_exponent", "tvg_exponent", "1", "X of the gain X log10(r) + 2 alpha r + offset applied [dB]"),
     Column("gain_offset", "tvg_offset", "dB", "offset of the gain applied"),
     Column("heave", "heave", "m", "heave of the transmitter, positive down", _CENTI),
-)
-_WATER_SECTOR = (
+))  # fmt: skip
+_WATER_SECTOR = highest_is_none(layouts.WATER_SECTOR, (
     Column("frequency", "frequency", "Hz", "centre frequency of the sector", 10.0),
     Column("tilt", "tilt", "rad", "steering of the transmitter along re the array", _CENTI * DEGREE),
-)
-_WATER_BEAM = (
+))  # fmt: skip
+_WATER_BEAM = highest_is_none(layouts.WATER_BEAM, (
     Column("beam_angle", "angle", "rad", "beam angle re vertical, positive to starboard", -_CENTI * DEGREE),
     Column("first_sample", "first_sample", "code", "sample number of the first sample, counted from the transducer"),
     Column("detected_sample", "detected", "1", "sample number of the detection, NaN without", 1.0, 0.0),
     Column("sector", "sector", "code", "transmit sector"),
     Column("sample_count", "sample_count", "code", "samples of the beam"),
-)
+))  # fmt: skip
 _ACTIVE, _NUMBER = 0x80, 0x03  # bits of a position's system: active, and its number
 _NO_ROLL = 0x02  # bit of an attitude's sensor whose roll is not used
-_POSITION = (
-    Column("latitude", "latitude", "rad", "latitude", DEGREE / 2e7, 2**31 - 1),
-    Column("longitude", "longitude", "rad", "longitude", DEGREE / 1e7, 2**31 - 1),
-    Column("speed", "speed", "m/s", "speed over ground", _CENTI, 2**16 - 1),
-    Column("course", "course", "rad", "course over ground", _CENTI * DEGREE, 2**16 - 1),
-    Column("heading", "heading", "rad", "heading", _CENTI * DEGREE, 2**16 - 1),
-    Column("position_uncertainty", "quality", "m", "quality of the position", _CENTI, 2**16 - 1),
-)
-_RUNTIME = (
+_POSITION = highest_is_none(layouts.POSITION, (
+    Column("latitude", "latitude", "rad", "latitude", DEGREE / 2e7),
+    Column("longitude", "longitude", "rad", "longitude", DEGREE / 1e7),
+    Column("speed", "speed", "m/s", "speed over ground", _CENTI),
+    Column("course", "course", "rad", "course over ground", _CENTI * DEGREE),
+    Column("heading", "heading", "rad", "heading", _CENTI * DEGREE),
+    Column("position_uncertainty", "quality", "m", "quality of the position", _CENTI),
+))  # fmt: skip
+_RUNTIME = highest_is_none(layouts.RUNTIME, (
     Column("least depth", "least_depth", "m", ""),
     Column("largest depth", "largest_depth", "m", ""),
     Column("absorption", "absorption", "dB/m", "", 1e-5),
@@ -160,7 +163,7 @@ _RUNTIME = (
     Column("filters", "filter", "code", ""),
     Column("filters 2", "filter2", "code", ""),
     Column("sound speed source", "speed_source", "code", ""),
-)
+))  # fmt: skip
 
 
 class _Image(NamedTuple):
@@ -197,7 +200,8 @@ class KongsbergAllFile(InstrumentFile):
     format = "Kongsberg all"
     suffixes = (".all", ".wcd")
     kinds: ClassVar[Mapping[str, str]] = {
-        "I": "installation, start", "i": "installation, stop", "r": "installation, remote", "R": "runtime parameters",
+        "I": "installation, start", "i": "installation, stop", "p": "installation, remote",
+        "r": "installation, remote", "R": "runtime parameters",
         "X": "soundings", "N": "raw ranges and angles", "Y": "seabed image", "k": "water column", "A": "attitude",
         "n": "attitude, network", "P": "position", "U": "sound-speed profile", "C": "clock", "h": "height",
         "H": "heading", "G": "sound speed at the transducer", "W": "sound-speed profile, text", "1": "processor status",
@@ -222,7 +226,7 @@ class KongsbergAllFile(InstrumentFile):
         content = self._bytes(offset, _HEAD)
         if _START.match(content, 4) is None:
             raise DatagramError("no datagram begins here")
-        header = records(content, layouts.HEADER, 0)[0]
+        header = ordered_records(content, layouts.HEADER, 0)[0]
         size, kind = int(header["length"]) + 4, header["kind"].decode()
         if size < _HEAD + _TRAILER:
             raise DatagramError(f"{kind}: a length of {size - 4} bytes is stated")
@@ -233,15 +237,15 @@ class KongsbergAllFile(InstrumentFile):
 
     def _verify(self, content: bytes) -> None:
         checksum = int(np.frombuffer(content, np.uint8, len(content) - 5 - _TRAILER, 5).sum(dtype=np.uint64)) & 0xFFFF
-        if checksum != (stated := int.from_bytes(content[-2:], "little")):
+        if checksum != (stated := int(ordered_records(content, _TWO_BYTES, len(content) - 2)[0])):
             raise DatagramError(f"its checksum is {checksum}, and {stated} is stated")
 
     @cached_property
     def instrument(self) -> Instrument:
         """Maker, model and serial number."""
-        header = records(self._bytes(int(self.datagrams.offset[0]), _HEAD), layouts.HEADER, 0)[0]
+        header = ordered_records(self._bytes(int(self.datagrams.offset[0]), _HEAD), layouts.HEADER, 0)[0]
         serial = next((str(s.value) for s in self.settings() if s.name == "SMH"), str(header["serial"]))
-        return Instrument("Kongsberg", f"EM{header['model']}", serial)
+        return Instrument("Kongsberg", f"EM{_MODELS.get(int(header['model']), header['model'])}", serial)
 
     @cached_property
     def groups(self) -> Mapping[str, int]:
@@ -280,7 +284,8 @@ class KongsbergAllFile(InstrumentFile):
         parsed = list(self._parsed(rows[pings], _extra_detections))
         kept, tables = [row for row, _ in parsed], [table for _, (_, _, table) in parsed]
         for row, table in zip(kept, tables, strict=True):
-            if count := int(table["sample_count"].sum(dtype=np.int64)):
+            half = table["sample_count"].astype(np.int64)  # samples before the detection, and as many behind it
+            if count := int(np.where(half > 0, 2 * half + 1, 0).sum()):
                 self._omit(int(self.datagrams.offset[row]), f"l: {count} samples about extra detections, not read")
         columns = variables([head for _, (head, _, _) in parsed], _IDENTITY, ("ping",))
         columns |= variables([ping for _, (_, ping, _) in parsed], _EXTRA_PING, ("ping",))
@@ -290,7 +295,7 @@ class KongsbergAllFile(InstrumentFile):
     def settings(self) -> tuple[Setting, ...]:
         """Installation and runtime parameters."""
         settings: list[Setting] = []
-        for row, content in self._parsed(self.datagrams.rows("I", "i", "r", "R"), lambda content: content):
+        for row, content in self._parsed(self.datagrams.rows("I", "i", "p", "r", "R"), lambda content: content):
             source = str(self.datagrams.kind[row]), int(self.datagrams.offset[row])
             if source[0] != "R":
                 settings += installation_settings(
@@ -300,7 +305,7 @@ class KongsbergAllFile(InstrumentFile):
             if len(content) < _HEAD + layouts.RUNTIME.itemsize:
                 self._omit(source[1], f"R: {len(content)} bytes are too few")
                 continue
-            settings += record_settings(records(content, layouts.RUNTIME, _HEAD)[0], _RUNTIME, source)
+            settings += record_settings(ordered_records(content, layouts.RUNTIME, _HEAD)[0], _RUNTIME, source)
         return tuple(settings)
 
     def navigation(self) -> xr.Dataset | None:
@@ -311,7 +316,7 @@ class KongsbergAllFile(InstrumentFile):
 
     @cached_property
     def _fixes(self) -> list[tuple[int, NDArray[Any]]]:
-        read = self._parsed(self.datagrams.rows("P"), lambda content: records(content, layouts.POSITION, _HEAD))
+        read = self._parsed(self.datagrams.rows("P"), lambda content: ordered_records(content, layouts.POSITION, _HEAD))
         return list(read)
 
     def lever_arm(self, group: str | None = None) -> LeverArm | None:
@@ -429,8 +434,8 @@ def _seconds(day: int, seconds: float) -> float:
 
 def _table(content: bytes, head: np.dtype[Any], rows: np.dtype[Any]) -> tuple[NDArray[Any], NDArray[Any], int]:
     """First record of a datagram, shape (), the `beams` records after it, and the offset of what follows."""
-    first = records(content, head, _HEAD)[0]
-    table = records(content, rows, _HEAD + head.itemsize, int(first["beams"]))
+    first = ordered_records(content, head, _HEAD)[0]
+    table = ordered_records(content, rows, _HEAD + head.itemsize, int(first["beams"]))
     return first, table, _HEAD + head.itemsize + table.nbytes
 
 
@@ -439,18 +444,18 @@ def _soundings(content: bytes) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]
     if content[5:6] == b"D":
         return earlier.soundings(content)
     ping, beams, _ = _table(content, layouts.XYZ, layouts.XYZ_BEAM)
-    return records(content, layouts.HEADER, 0)[0], ping, beams
+    return ordered_records(content, layouts.HEADER, 0)[0], ping, beams
 
 
 def _detections(tables: Sequence[NDArray[Any]]) -> dict[str, xr.Variable]:
     """Kind and method of the detections by their information byte (notes 3 and 4 of the tables)."""
-    rejected = [table["info"].astype(np.int64) >> 7 for table in tables]
-    methods = [np.where(bad, 0, (table["info"].astype(np.int64) & 15) + 1)
-               for bad, table in zip(rejected, tables, strict=True)]  # fmt: skip
+    infos = [table["info"].astype(np.int64) for table in tables]
+    rejected = [info >> 7 for info in infos]
+    methods = [np.where((info >> 7 > 0) | (info & 15 == NO_METHOD), 0, (info & 15) + 1) for info in infos]
     kinds, dims = stacked([2 * bad for bad in rejected]), ("ping", "beam")
     return {
         "detection": variable(dims, kinds, "code", "0 normal, 2 rejected"),
-        "detection_method": variable(dims, stacked(methods), "code", "0 none, 1 amplitude, 2 phase"),
+        "detection_method": variable(dims, stacked(methods), "code", "0 none stated, 1 amplitude, 2 phase"),
     }
 
 
@@ -458,10 +463,10 @@ def _ranges(content: bytes) -> _Ranges:
     """Parts of a datagram of raw ranges and angles."""
     if content[5:6] == b"f":
         return _Ranges(*earlier.ranges(content), earlier=True)
-    head = records(content, layouts.RANGE, _HEAD)[0]
+    head = ordered_records(content, layouts.RANGE, _HEAD)[0]
     offset = _HEAD + layouts.RANGE.itemsize
-    sectors = records(content, layouts.RANGE_SECTOR, offset, int(head["sectors"]))
-    return _Ranges(sectors, records(content, layouts.RANGE_BEAM, offset + sectors.nbytes, int(head["beams"])))
+    sectors = ordered_records(content, layouts.RANGE_SECTOR, offset, int(head["sectors"]))
+    return _Ranges(sectors, ordered_records(content, layouts.RANGE_BEAM, offset + sectors.nbytes, int(head["beams"])))
 
 
 def _image(content: bytes) -> _Image:
@@ -475,50 +480,50 @@ def _image(content: bytes) -> _Image:
         if offset + 2 * int(counts.sum()) + _TRAILER > len(content):
             raise DatagramError(f"{counts.sum()} samples are stated from byte {offset} of {len(content)}")
         starts = offset + 2 * (np.cumsum(counts) - counts)
-        level = ragged(content, "<i2", starts.tolist(), counts.tolist(), _DECI)
+        level = ragged(content, f"{byte_order(content)}i2", starts.tolist(), counts.tolist(), _DECI)
     falling, beams = beams["order"] < 0, beams.copy()
     for beam in np.flatnonzero(falling & (counts > 0)):
         level[beam, : counts[beam]] = level[beam, : counts[beam]][::-1].copy()
         if 0 < beams["centre_sample"][beam] <= counts[beam]:
             beams["centre_sample"][beam] = counts[beam] + 1 - beams["centre_sample"][beam]
-    return _Image(records(content, layouts.HEADER, 0)[0], ping, beams, level)
+    return _Image(ordered_records(content, layouts.HEADER, 0)[0], ping, beams, level)
 
 
 def _extra_detections(content: bytes) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Header, settings and detections of a datagram of extra detections."""
-    ping = records(content, layouts.EXTRA, _HEAD)[0]
+    ping = ordered_records(content, layouts.EXTRA, _HEAD)[0]
     offset = _HEAD + layouts.EXTRA.itemsize + int(ping["classes"]) * int(ping["class_size"])
-    table = records(content, layouts.EXTRA_BEAM, offset, int(ping["beams"]), int(ping["beam_size"]))
-    return records(content, layouts.HEADER, 0)[0], ping, table
+    table = ordered_records(content, layouts.EXTRA_BEAM, offset, int(ping["beams"]), int(ping["beam_size"]))
+    return ordered_records(content, layouts.HEADER, 0)[0], ping, table
 
 
 def _water(content: bytes) -> _Water:
     """Parts of one water column datagram; refused where they contradict its length."""
-    ping = records(content, layouts.WATER, _HEAD)[0]
-    sectors = records(content, layouts.WATER_SECTOR, _HEAD + layouts.WATER.itemsize, int(ping["sectors"]))
+    ping = ordered_records(content, layouts.WATER, _HEAD)[0]
+    sectors = ordered_records(content, layouts.WATER_SECTOR, _HEAD + layouts.WATER.itemsize, int(ping["sectors"]))
     offset, beams, starts = _HEAD + layouts.WATER.itemsize + sectors.nbytes, [], []
     for _ in range(int(ping["beams"])):
-        beams.append(records(content, layouts.WATER_BEAM, offset))
+        beams.append(ordered_records(content, layouts.WATER_BEAM, offset))
         starts.append(offset + layouts.WATER_BEAM.itemsize)
         offset = starts[-1] + int(beams[-1]["sample_count"][0])
     if offset + _TRAILER > len(content):
         raise DatagramError(f"samples are stated up to byte {offset} of {len(content)}")
     table = np.concatenate(beams) if beams else np.empty(0, layouts.WATER_BEAM)
     level = ragged(content, "i1", starts, table["sample_count"].tolist(), 0.5)
-    return _Water(records(content, layouts.HEADER, 0)[0], ping, sectors, table, level)
+    return _Water(ordered_records(content, layouts.HEADER, 0)[0], ping, sectors, table, level)
 
 
 def _attitude(content: bytes) -> tuple[NDArray[Any], bool]:
     """Samples of an attitude datagram, shape (n,), and whether its sensor is the one used."""
-    count = int.from_bytes(content[_HEAD : _HEAD + 2], "little")
-    return records(content, layouts.ATTITUDE, _HEAD + 2, count), not content[-_TRAILER - 1] & _NO_ROLL
+    count = int(ordered_records(content, _TWO_BYTES, _HEAD)[0])
+    return ordered_records(content, layouts.ATTITUDE, _HEAD + 2, count), not content[-_TRAILER - 1] & _NO_ROLL
 
 
 def _profile(content: bytes) -> xr.Dataset:
     """Sound-speed profile of a U datagram, or of an earlier V."""
-    head = records(content, layouts.PROFILE, _HEAD)[0]
+    head = ordered_records(content, layouts.PROFILE, _HEAD)[0]
     point = layouts.PROFILE_POINT_EARLIER if content[5:6] == b"V" else layouts.PROFILE_POINT
-    points = records(content, point, _HEAD + layouts.PROFILE.itemsize, int(head["count"]))
+    points = ordered_records(content, point, _HEAD + layouts.PROFILE.itemsize, int(head["count"]))
     depth = variable("depth", points["depth"] * float(head["resolution"]) * _CENTI, "m", "depth below the water line")
     speed = (Column("sound_speed", "sound_speed", "m/s", "sound speed", _DECI),)
     about = {"time": _seconds(int(head["date"]), float(head["seconds"])), "time_units": TIME_UNIT}

@@ -1,9 +1,18 @@
-"""Records of Kongsberg .all datagrams.
+"""Records of Kongsberg .all datagrams, in the byte order of each file.
 
-Kongsberg (2018), EM series multibeam echo sounders, datagram formats, 850-160692/W, tables 24-46; little-endian.
+Kongsberg (2018), EM series multibeam echo sounders, datagram formats, 850-160692/W, tables 22-48. EM 122, 302, 710,
+2040, 2040C, 3002 and ME70 BO write little-endian ("Output datagrams"); earlier ones also big-endian. The highest
+positive number of a field means that there is no value, unless a note of its table states otherwise.
 """
 
-from insonify.formats.instruments.columns import layout
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.formats.instruments.columns import Column, layout
+from insonify.formats.instruments.instrument_file import records
 
 HEADER = layout("u4 length; u1 stx; S1 kind; u2 model; u4 date milliseconds; u2 counter serial")
 XYZ = layout("u2 heading sound_speed; f4 transducer_depth; u2 beams valid; f4 sample_rate; u1 scanning; S3 spare")
@@ -63,3 +72,33 @@ TIDE = layout("u4 date milliseconds; i2 tide")
 TILT = layout("u2 elapsed; i2 tilt")
 SINGLE_BEAM = layout("u4 date milliseconds depth; S1 source")
 NETWORK_ATTITUDE = layout("u2 elapsed; i2 roll pitch heave; u2 yaw; u1 message")
+_ORDERS: tuple[Literal["little"], Literal["big"]] = "little", "big"
+
+
+def byte_order(content: bytes) -> str:
+    """Byte order of a datagram, "<" or ">": that in which the length in front, of 64 kB at most, is the shorter."""
+    little, big = (int.from_bytes(content[:4], order) for order in _ORDERS)
+    return "<" if little <= big else ">"
+
+
+def ordered_records(
+    content: bytes, kind: np.dtype[Any], offset: int, count: int = 1, size: int | None = None
+) -> NDArray[Any]:
+    """Records of a datagram in its byte order, else as `instrument_file.records`."""
+    kind = kind if byte_order(content) == "<" else kind.newbyteorder(">")
+    return records(content, kind, offset, count, size)
+
+
+def highest_is_none(kind: np.dtype[Any], columns: Sequence[Column]) -> tuple[Column, ...]:
+    """Columns of a record whose highest number means that there is no value; codes and stated ones stay as they are.
+
+    Args:
+        kind: Layout of the record.
+        columns: Columns of some of its fields.
+    """
+    return tuple(
+        column._replace(missing=float(np.iinfo(kind[column.field]).max))
+        if column.unit != "code" and np.isnan(column.missing) and kind[column.field].kind in "iu"
+        else column
+        for column in columns
+    )

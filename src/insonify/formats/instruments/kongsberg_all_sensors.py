@@ -1,6 +1,6 @@
 """Datagrams of other sensors in Kongsberg .all files: clock, height, heading, sound speed, tide, tilt, attitude.
 
-Kongsberg (2018), EM series multibeam echo sounders, datagram formats, 850-160692/W, "External sensors".
+Kongsberg (2018), EM series multibeam echo sounders, datagram formats, 850-160692/W, tables 34 to 42 and 48.
 """
 
 from collections.abc import Mapping
@@ -11,15 +11,14 @@ from numpy.typing import NDArray
 
 from insonify.formats.instruments import kongsberg_all_layouts as layouts
 from insonify.formats.instruments.columns import DEGREE, Column
-from insonify.formats.instruments.instrument_file import records
 
 HEAD = layouts.HEADER.itemsize
-ATTITUDE = (
+ATTITUDE = layouts.highest_is_none(layouts.ATTITUDE, (
     Column("roll", "roll", "rad", "roll, positive starboard down", 0.01 * DEGREE),
     Column("pitch", "pitch", "rad", "pitch, positive bow up", 0.01 * DEGREE),
     Column("yaw", "yaw", "rad", "heading", 0.01 * DEGREE),
     Column("heave", "heave", "m", "heave, positive down", 0.01),
-)
+))  # fmt: skip
 """Variables of both kinds of attitude datagrams."""
 
 
@@ -33,7 +32,7 @@ class Sensor(NamedTuple):
     """Seconds of one step of the field `elapsed`, 0 of a datagram with one reading at its own time."""
 
 
-SENSORS: Mapping[str, Sensor] = {
+_STATED = {
     "C": Sensor("clock", layouts.CLOCK, (
         Column("external_date", "date", "code", "date of the external clock, such as 20221109"),
         Column("external_time", "milliseconds", "s", "time of the day of the external clock", 1e-3),
@@ -51,6 +50,10 @@ SENSORS: Mapping[str, Sensor] = {
         Column("depth", "depth", "m", "depth of a single-beam echosounder below the water line", 0.01),)),
     "n": Sensor("attitude of the network", layouts.NETWORK_ATTITUDE, ATTITUDE, 1e-3),
 }  # fmt: skip
+SENSORS: Mapping[str, Sensor] = {
+    kind: sensor._replace(columns=layouts.highest_is_none(sensor.layout, sensor.columns))
+    for kind, sensor in _STATED.items()
+}
 """Sensors by the kind of their datagrams."""
 
 
@@ -65,12 +68,12 @@ def readings(sensor: Sensor, content: bytes) -> NDArray[Any]:
         DatagramError: It is shorter than its counts state.
     """
     if not sensor.step:
-        return records(content, sensor.layout, HEAD)
-    count = int(records(content, np.dtype("<u2"), HEAD)[0])
+        return layouts.ordered_records(content, sensor.layout, HEAD)
+    count = int(layouts.ordered_records(content, np.dtype("<u2"), HEAD)[0])
     if sensor.layout != layouts.NETWORK_ATTITUDE:
-        return records(content, sensor.layout, HEAD + 2, count)
+        return layouts.ordered_records(content, sensor.layout, HEAD + 2, count)
     tables, offset = [], HEAD + 4
     for _ in range(count):  # each is followed by the message of the sensor
-        tables.append(records(content, sensor.layout, offset))
+        tables.append(layouts.ordered_records(content, sensor.layout, offset))
         offset += sensor.layout.itemsize + int(tables[-1]["message"][0])
     return np.concatenate(tables) if tables else np.empty(0, sensor.layout)
