@@ -211,3 +211,51 @@ def test_another_reader_finds_the_same_samples_and_power():
         speed = ping.watercolumn.get_watercolumn_calibration().get_sound_velocity_m_s()  # of their wavelength
         point = level.point_scattering_strength - 20 * np.log10(speed / found.sound_speed)
         np.testing.assert_allclose(point[500:], ping.watercolumn.get_ap()[0][500:], atol=0.02)
+
+
+@NO_REAL
+@pytest.mark.filterwarnings("ignore")
+def test_a_third_reader_finds_the_same_samples_filters_and_settings():
+    """Samples and filters bit for bit, settings of pings, gains, attitude and positions to the last digit of the text.
+
+    Positions there are of all sentences, ours of GGA; the gain is that listed for the duration of the pulse.
+    """
+    echopype = pytest.importorskip("echopype", reason="the other reader is not installed")
+    data = echopype.open_raw(str(REAL), sonar_model="EK80")
+    beams, extras, platform = (data[name] for name in ("Sonar/Beam_group1", "Vendor_specific", "Platform"))
+    degree = np.pi / 180
+    with open_instrument(REAL) as file:
+        groups, attitude, fixes = [file.read(group) for group in file.groups], file.attitude(), file.navigation()
+    for ours in groups:
+        theirs, extra = beams.sel(channel=ours.attrs["channel"]), extras.sel(channel=ours.attrs["channel"])
+        theirs = theirs.dropna("ping_time", how="all", subset=["slope"])
+        seconds = (theirs.ping_time.values - np.datetime64(0, "s")) / np.timedelta64(1, "s")
+        np.testing.assert_allclose(ours.time, seconds, rtol=0, atol=2e-6)
+        samples = (theirs.backscatter_r + 1j * theirs.backscatter_i).values.transpose(0, 2, 1)
+        sectors, count = ours.voltage.shape[1:]
+        np.testing.assert_array_equal(ours.voltage, samples[:, :sectors, :count].astype(np.complex64))
+        for name, (field, scale) in {
+            "pulse_length": ("transmit_duration_nominal", 1), "transmit_power": ("transmit_power", 1),
+            "slope": ("slope", 1), "sample_interval": ("sample_interval", 1), "beam_type": ("beam_type", 1),
+            "beam_width_alongship": ("beamwidth_twoway_alongship", degree),
+            "beam_width_athwartship": ("beamwidth_twoway_athwartship", degree),
+            "angle_sensitivity_alongship": ("angle_sensitivity_alongship", 1),
+            "angle_offset_alongship": ("angle_offset_alongship", degree),
+            "equivalent_beam_angle_db": ("equivalent_beam_angle", 1),
+        }.items():  # fmt: skip
+            np.testing.assert_allclose(ours[name], scale * theirs[field], rtol=1e-6, err_msg=name)
+        entry = int(np.argmin(np.abs(extra.pulse_length.values - float(ours.pulse_length[0]))))
+        assert float(ours.gain_db[0]) == float(extra.gain_correction[entry])
+        assert float(ours.sa_correction_db[0]) == float(extra.sa_correction[entry])
+        assert float(ours.transceiver_impedance) == float(extra.impedance_transceiver)
+        assert float(ours.receiver_sample_rate) == float(extra.receiver_sampling_frequency)
+        for stage, name in ((1, "WBT"), (2, "PC")):
+            taps = (extra[f"{name}_coeffs_real"] + 1j * extra[f"{name}_coeffs_imag"]).values.ravel()
+            np.testing.assert_array_equal(ours[f"filter_{stage}"], taps[np.isfinite(taps)].astype(np.complex64))
+            assert ours[f"filter_{stage}"].attrs["decimation"] == float(extra[f"{name}_deci_fac"].values.item())
+    for name, field in (("roll", "roll"), ("pitch", "pitch"), ("yaw", "heading")):
+        np.testing.assert_allclose(attitude[name], degree * platform[field], rtol=1e-12)
+    np.testing.assert_array_equal(attitude.heave, platform.vertical_offset)
+    positions = np.column_stack([platform.latitude, platform.longitude])[platform.sentence_type.values == "GGA"]
+    for fix in np.degrees(np.column_stack([fixes.latitude, fixes.longitude])):
+        assert np.abs(positions - fix).max(axis=1).min() < 1e-9

@@ -1,9 +1,11 @@
 """Simrad EK80 .raw: complex samples of the sectors of split-beam echosounders, with their settings.
 
-Kongsberg (2023), EK80 on-line help, "Interface" (file formats 1.20 to 1.25). A datagram opens and closes with its
-length; it has no checksum, so that a change of its content is noticed only where sizes contradict one another. Samples
-are voltages of each transducer sector, filtered and decimated by filters that the file states;
-`processing.split_beam` turns them into power, levels and angles.
+Kongsberg (2023), EK80 on-line help, "Interface" (file formats 1.20 to 1.25). FIL1 has two bytes between stage and
+channel, as files of format 1.23 have them; the help lists three. NME1 of an EA640 (Kongsberg 413763, cited by echopype)
+has 32 characters of a port before the sentence. A datagram opens and closes with its length; it has no checksum, so
+that a change of its content is noticed only where sizes contradict one another. Samples are voltages of each transducer
+sector, filtered and decimated by filters that the file states; `processing.split_beam` turns them into power, levels
+and angles.
 """
 
 import re
@@ -49,15 +51,19 @@ _UNIX_EPOCH = 116_444_736_000_000_000  # steps of 100 ns from 1601
 _KINDS = {
     "XML0 Configuration": "transceivers and transducers", "XML0 InitialParameter": "settings at the start",
     "XML0 Environment": "water", "XML0 Parameter": "settings of a ping", "XML0 PingSequence": "order of pings",
-    "XML0 Sensor": "manual value of a sensor", "FIL1": "receiver filter", "RAW3": "samples",
-    "RAW4": "transmitted pulse", "NME0": "NMEA sentence, of which positions are read", "MRU0": "attitude",
+    "XML0 Sensor": "manual value of a sensor", "XML0 Filter": "receiver filter of a current profiler",
+    "FIL1": "receiver filter", "RAW3": "samples", "RAW4": "transmitted pulse",
+    "NME0": "NMEA sentence, of which positions are read", "NME1": "NMEA sentence, with its port", "MRU0": "attitude",
     "MRU1": "attitude", "TAG0": "annotation", "IDX0": "index of pings", "BOT0": "bottom",
 }  # fmt: skip
+_PORT = 32  # bytes of the port of a sentence of NME1
 _MOTION = np.dtype([(name, "<f4") for name in ("heave", "roll", "pitch", "yaw")])
 _KM_BINARY = np.dtype(
-    {"names": ["mark", "roll", "pitch", "yaw", "heave"], "formats": ["S4", *4 * ["<f4"]],
-     "offsets": [0, 40, 44, 48, 52], "itemsize": 56}
+    {"names": ["mark", "status", "roll", "pitch", "yaw", "heave"], "formats": ["S4", "<u4", *4 * ["<f4"]],
+     "offsets": [0, 16, 40, 44, 48, 52], "itemsize": 56}
 )  # fmt: skip
+_INVALID = {"roll": 1 << 1, "pitch": 1 << 1, "yaw": 1 << 2, "heave": 1 << 3}
+"""Bits of the status of a KM binary datagram that mark a value as invalid."""
 _ATTITUDE = (
     Column("roll", "roll", "rad", "roll, positive starboard down", DEGREE),
     Column("pitch", "pitch", "rad", "pitch, positive bow up", DEGREE),
@@ -72,7 +78,7 @@ class _Samples:
 
     channel: str
     contents: int
-    """Bits of the type of data; the number of sectors from bit 8 on."""
+    """Bits of the type of data; the number of sectors in bits 8 to 10."""
     first: int
     samples: int
     parameter: int
@@ -83,7 +89,7 @@ class _Samples:
     @property
     def sectors(self) -> int:
         """Number of sectors with complex samples."""
-        return self.contents >> 8 if self.contents & (_HALF | _SINGLE) else 0
+        return self.contents >> 8 & 7 if self.contents & (_HALF | _SINGLE) else 0
 
     @property
     def size(self) -> int:
@@ -98,7 +104,9 @@ class SimradEk80File(InstrumentFile):
     format = "Simrad EK80"
     suffixes = (".raw",)
     kinds = _KINDS
-    unread = frozenset({"XML0 InitialParameter", "XML0 PingSequence", "XML0 Sensor", "TAG0", "IDX0", "BOT0"})
+    unread = frozenset(
+        {"XML0 InitialParameter", "XML0 PingSequence", "XML0 Sensor", "XML0 Filter", "TAG0", "IDX0", "BOT0"}
+    )
 
     @staticmethod
     def matches(head: bytes) -> bool:
@@ -153,8 +161,9 @@ class SimradEk80File(InstrumentFile):
         if kind == "XML0":
             root = _ROOT.search(head, _HEAD)
             name = root[1].decode("ascii") if root else "text"
-            channel = _CHANNEL.search(head) if name == "Parameter" else None
-            latest[name, channel[1].decode("utf-8", "replace") if channel else ""] = offset
+            whole = head if size <= _PEEK else self._bytes(offset, size)
+            for channel in (name == "Parameter" and _CHANNEL.findall(whole)) or [b""]:
+                latest[name, channel.decode("utf-8", "replace")] = offset
             return f"XML0 {name}"
         if kind == "FIL1":
             stage = int(records(head, np.dtype("<i2"), _HEAD)[0])
@@ -267,8 +276,7 @@ class SimradEk80File(InstrumentFile):
     def _pulse(self, head: _Samples) -> dict[str, float]:
         """Parameters of one ping, NaN where the file does not state them."""
         root = self._root(head.parameter)
-        row = None if root is None else root.find("Channel")
-        stated: Mapping[str, str] = {} if row is None else row.attrib
+        stated = {} if root is None else simrad_xml.parameters(root, head.channel)
         swept = number(stated, "PulseForm") > 0
         tone = number(stated, "Frequency")
         duration = number(stated, "PulseDuration" if "PulseDuration" in stated else "PulseLength")  # before 2018
@@ -359,7 +367,7 @@ class SimradEk80File(InstrumentFile):
         """
         positions = [
             (row, fix)
-            for row, text in self._parsed(self.datagrams.rows("NME0"), lambda c: c[_HEAD:-4].decode("latin-1"))
+            for row, text in self._parsed(self.datagrams.rows("NME0", "NME1"), _sentence)
             if (fix := position(text)) is not None
         ]
         if not positions:
@@ -431,7 +439,7 @@ _CONSTANTS = {
     "nominal_frequency": ("transducer", "Frequency", "Hz", 1.0, "frequency of the beam widths and sensitivities"),
     "receiver_sample_rate": ("transceiver", "RxSampleFrequency", "Hz", 1.0, "sample rate before the filters"),
     "transceiver_impedance": ("transceiver", "Impedance", "ohm", 1.0, "impedance of the receiver"),
-    "beam_type": ("transducer", "BeamType", "1", 1.0, "1 four sectors, 17 three, 49, 65 and 81 three and a centre"),
+    "beam_type": ("transducer", "BeamType", "1", 1.0, "1 four sectors, 17 three, 49, 65, 81 three, a centre; 97 pairs"),
     "equivalent_beam_angle_db": ("transducer", "EquivalentBeamAngle", "dB re 1 sr", 1.0, "two-way beam angle"),
     "beam_width_alongship": ("transducer", "BeamWidthAlongship", "rad", DEGREE, "beam width, fore and aft"),
     "beam_width_athwartship": ("transducer", "BeamWidthAthwartship", "rad", DEGREE, "beam width, athwart"),
@@ -472,18 +480,29 @@ def _text(raw: bytes) -> str:
     return raw.split(b"\0", 1)[0].decode("utf-8", "replace")
 
 
+def _sentence(content: bytes) -> str:
+    """NMEA sentence of a datagram, behind the port where that is stated."""
+    return content[_HEAD + (_PORT if content[4:8] == b"NME1" else 0) : -4].decode("latin-1")
+
+
 def _xml(content: bytes) -> ElementTree.Element:
     return parse_xml(content[_HEAD:-4])
 
 
 def _motion(content: bytes) -> NDArray[Any]:
-    """Attitude in degrees and heave, shape (1,): of the instrument, or Kongsberg's binary datagram within its own."""
+    """Attitude in degrees and heave, shape (1,): of the instrument, or Kongsberg's binary datagram within its own.
+
+    Values that the status of the latter marks as invalid are NaN.
+    """
     if content[4:8] == b"MRU0":
         return records(content, _MOTION, _HEAD)
     table = records(content, _KM_BINARY, _HEAD)
     if table["mark"][0] != b"#KMB":
         raise DatagramError("no datagram KM binary inside")
-    return table[list(_MOTION.names or ())].astype(_MOTION)
+    motion = table[list(_MOTION.names or ())].astype(_MOTION)
+    for name, bit in _INVALID.items():
+        motion[name][table["status"] & bit > 0] = np.nan
+    return motion
 
 
 def _filter(content: bytes) -> tuple[int, int, NDArray[np.complex64]]:

@@ -121,6 +121,17 @@ def channels(root: ElementTree.Element) -> dict[str, Channel]:
     return result
 
 
+def parameters(root: ElementTree.Element, channel: str) -> Mapping[str, str]:
+    """Settings of a ping of one channel among those of a datagram; empty where it has none.
+
+    Args:
+        root: Parameters of one or more channels.
+        channel: Identity of the channel.
+    """
+    rows = [row.attrib for row in root.iterfind("Channel") if row.get("ChannelID", channel) == channel]
+    return rows[0] if rows else {}
+
+
 def position_sensor(root: ElementTree.Element) -> Mapping[str, str] | None:
     """Name and place on the vessel (X forward, Y starboard, Z down [m]) of the first receiver of positions, or None.
 
