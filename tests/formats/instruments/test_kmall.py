@@ -90,3 +90,18 @@ def test_a_version_with_shorter_records_is_read(tmp_path):
         found = file.soundings()
     assert np.isnan(found.voltage_level).all() and list(found.frequency[0]) == [300e3, 320e3]
     np.testing.assert_allclose(found.depth, 9.0)
+
+
+def test_attitudes_that_are_marked_as_invalid_are_none(tmp_path):
+    """Bits 1, 2 and 3 of the status of a sample are invalid roll and pitch, heading, and heave; bit 17 is not."""
+    size = files.kmall_parts.ATTITUDE.itemsize
+    samples = files.record(files.kmall_parts.ATTITUDE, 4, seconds=files.START, roll=1.0, pitch=2.0, yaw=3.0, heave=4.0)
+    samples = bytearray(samples)
+    for row, status in enumerate((1 << 1, 1 << 2, 1 << 3, 1 << 17)):
+        samples[row * size + 16 : row * size + 20] = status.to_bytes(4, "little")
+    info = files.record(files.kmall_parts.ATTITUDE_INFO, count=4, sample_size=size)
+    (tmp_path / "a.kmall").write_bytes(WHOLE + files.kmall_datagram("#SKM", 0, info + bytes(samples)))
+    with open_instrument(tmp_path / "a.kmall") as file:
+        attitude = file.attitude().isel(time=slice(4, None))
+    invalid = {name: np.flatnonzero(np.isnan(attitude[name])).tolist() for name in ("roll", "pitch", "yaw", "heave")}
+    assert invalid == {"roll": [0], "pitch": [0], "yaw": [1], "heave": [2]}

@@ -37,6 +37,7 @@ from insonify.formats.instruments.instrument_file import (
     Setting,
     records,
 )
+from insonify.formats.instruments.km_binary import without_invalid
 from insonify.formats.instruments.kongsberg_text import installation_settings, runtime_settings
 
 _BODY = layouts.HEADER.itemsize + layouts.PARTITION.itemsize
@@ -467,9 +468,9 @@ def _sensor(kind: str, part: np.dtype[Any], content: bytes) -> NDArray[Any]:
 
 
 def _attitude(content: bytes) -> NDArray[Any]:
-    """Samples of an #SKM datagram, shape (n,)."""
+    """Samples of an #SKM datagram, shape (n,); values that are marked as invalid are NaN."""
     info, offset = _part(content, layouts.ATTITUDE_INFO, layouts.HEADER.itemsize)
-    return records(content, layouts.ATTITUDE, offset, int(info["count"]), int(info["sample_size"]))
+    return without_invalid(records(content, layouts.ATTITUDE, offset, int(info["count"]), int(info["sample_size"])))
 
 
 def _profile(content: bytes) -> xr.Dataset:

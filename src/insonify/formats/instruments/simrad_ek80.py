@@ -31,6 +31,7 @@ from insonify.formats.instruments.instrument_file import (
     records,
     require_memory,
 )
+from insonify.formats.instruments.km_binary import without_invalid
 from insonify.formats.instruments.nmea import Fix, position
 from insonify.formats.instruments.simrad_xml import Channel, number, numbers, parse_xml
 
@@ -62,8 +63,6 @@ _KM_BINARY = np.dtype(
     {"names": ["mark", "status", "roll", "pitch", "yaw", "heave"], "formats": ["S4", "<u4", *4 * ["<f4"]],
      "offsets": [0, 16, 40, 44, 48, 52], "itemsize": 56}
 )  # fmt: skip
-_INVALID = {"roll": 1 << 1, "pitch": 1 << 1, "yaw": 1 << 2, "heave": 1 << 3}
-"""Bits of the status of a KM binary datagram that mark a value as invalid."""
 _ATTITUDE = (
     Column("roll", "roll", "rad", "roll, positive starboard down", DEGREE),
     Column("pitch", "pitch", "rad", "pitch, positive bow up", DEGREE),
@@ -499,10 +498,7 @@ def _motion(content: bytes) -> NDArray[Any]:
     table = records(content, _KM_BINARY, _HEAD)
     if table["mark"][0] != b"#KMB":
         raise DatagramError("no datagram KM binary inside")
-    motion = table[list(_MOTION.names or ())].astype(_MOTION)
-    for name, bit in _INVALID.items():
-        motion[name][table["status"] & bit > 0] = np.nan
-    return motion
+    return without_invalid(table)[list(_MOTION.names or ())].astype(_MOTION)
 
 
 def _filter(content: bytes) -> tuple[int, int, NDArray[np.complex64]]:
