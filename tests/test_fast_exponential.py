@@ -1,10 +1,10 @@
-"""The exponential of numbers up to 0 against the maths library."""
+"""Exponentials of numbers up to 0 against the maths library."""
 
 import numpy as np
 import pytest
 from numba import njit
 
-from insonify.fast_exponential import exp_nonpositive
+from insonify.fast_exponential import exp2_nonpositive, exp_nonpositive
 
 
 @njit(fastmath={"contract"})  # as the kernels compile it
@@ -35,3 +35,20 @@ def test_of_zero_is_one():
 def test_far_below_zero_stays_a_normal_number():
     """Below the smallest power nothing overflows, vanishes or becomes negative."""
     assert exponential(np.array([-1e3, -1e9, -1e300, -np.inf])) == pytest.approx(2.0**-1000, rel=1e-12)
+
+
+@njit(fastmath={"contract", "reassoc", "nsz", "arcp"})  # as the kernels compile it
+def _singles(x, result):
+    for i in range(x.size):
+        result[i] = exp2_nonpositive(x[i])
+
+
+def test_powers_of_2_in_single_precision():
+    """The relative error is 1e-6 down to 2^-100, below which numbers stay there."""
+    x = -np.linspace(0, 100, 200_001).astype(np.float32)
+    result = np.empty_like(x)
+    _singles(x, result)
+    assert np.all(np.abs(result / np.exp2(x.astype(float)) - 1) <= 1e-6)
+    far = np.array([-100.5, -1e6, -np.inf], np.float32)
+    _singles(far, result[:3])
+    assert result[:3] == pytest.approx(2.0**-100, rel=1e-6)

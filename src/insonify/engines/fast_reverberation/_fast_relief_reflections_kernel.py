@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.fast_reverberation._radial_legs_kernel import exp2_nonpositive, root_direction_factor
+from insonify.engines.fast_reverberation._radial_legs_kernel import root_direction_factor
 from insonify.engines.radial_tables import FamilyTable, RadialLegs
+from insonify.fast_exponential import exp2_nonpositive
 from insonify.jit import njit
 from insonify.propagation.image_path_kernel import ImagePaths
 

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.fast_exponential import exp2_nonpositive
 from insonify.jit import njit
 
 Floats = NDArray[np.float64]
@@ -13,7 +14,6 @@ Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
-_E = tuple(np.float32(c) for c in (1.0, 0.69314718, 0.24022651, 0.05550411, 0.00961813, 0.00133336, 0.00015404))
 
 
 class Facets(NamedTuple):
@@ -100,17 +100,6 @@ class SampleBlock(NamedTuple):
     """Step [m] times angular width [rad] of the cells of the radial of each sample, (m,)."""
     refraction: Singles
     """`refraction_columns` of each sample in turn in layered water, (8 m,) or empty."""
-
-
-@njit(inline="always")
-def exp2_nonpositive(x: Any) -> Any:
-    """2^x for x up to 0, to a relative error of 1e-6; 2^-100 below x = -100."""
-    clipped: Any = max(x, np.float32(-100.0))
-    whole = np.int32(clipped - np.float32(0.5))  # towards 0: nearest, for all that is not above 0
-    part = clipped - np.float32(whole)
-    scale = np.int32((whole + np.int32(127)) << 23).view(np.float32)
-    e0, e1, e2, e3, e4, e5, e6 = _E
-    return scale * (e0 + part * (e1 + part * (e2 + part * (e3 + part * (e4 + part * (e5 + part * e6))))))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False, fastmath=_FAST)

@@ -17,10 +17,10 @@ from insonify.engines.fast_reverberation._radial_legs_kernel import (
     FamilyLegs,
     RadialBearings,
     drop_unreached,
-    exp2_nonpositive,
 )
 from insonify.engines.fast_reverberation._simd_bilinear import bilinear_columns
 from insonify.engines.radial_tables import RefractionTable
+from insonify.fast_exponential import exp2_nonpositive
 from insonify.jit import njit
 
 Floats = NDArray[np.float64]
