@@ -10,6 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines._slowness_table_kernel import (
+    SlownessTable,
+    interpolate_slowness,
+    interpolate_speed,
+    no_table,
+    slowness_table,
+)
 from insonify.jit import njit
 from insonify.propagation.layered_surface_path_kernel import (
     CLOSE,
@@ -37,8 +44,7 @@ ROOT_NEIGHBOURHOOD = 0.01
 [node spacings]."""
 NEWTON_STEPS = 8
 """Largest number of Newton steps to a stationary point [1]."""
-TABLE_STEP = 0.006
-"""Spacing of tabulated rays, re the height of their end above the ground [1]."""
+_FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
 class TerrainSpline(NamedTuple):
@@ -309,15 +315,15 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
             the number of nodes.
     """
     is_homogeneous, shape, once = ends.water.depth.size == 0, gradient.shape[1:], same_position(ends)
-    path_gradient, tables = np.zeros((3, shape[1])), (_no_table(), _no_table())
+    path_gradient, tables = np.zeros((5, shape[1])), (no_table(ends.water), no_table(ends.water))
     first, first_east = terrain.column + margin, terrain.east + margin * terrain.step
     if not is_homogeneous:
         north, last_east = terrain.north + margin * terrain.step, first_east + (shape[1] - 1) * terrain.step
         square = north, north + (shape[0] - 1) * terrain.step, first_east, last_east
         part = depth[terrain.row + margin : terrain.row + margin + shape[0], first : first + shape[1]]
         span = part.min(), part.max()
-        table = _slowness_table(ends.begin, square, span, part.size, ends.water)
-        tables = (table, table if once else _slowness_table(ends.stop, square, span, part.size, ends.water))
+        table = slowness_table(ends.begin, square, span, part.size, ends.water)
+        tables = (table, table if once else slowness_table(ends.stop, square, span, part.size, ends.water))
     for i in range(shape[0]):
         a, path_gradient[:] = i + margin, 0
         row, north = depth[terrain.row + a, first : first + shape[1]], terrain.north + a * terrain.step
@@ -332,94 +338,29 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
         _write_terrain_gradient(terrain, a, margin, path_gradient, gradient[0, i], gradient[1, i])
 
 
-class _SlownessTable(NamedTuple):
-    """Horizontal slowness of rays from one end, re that of the reference speed, by distance and depth."""
-
-    values: Floats
-    """Slownesses [1], NaN where no ray arrives, (depths, distances); no depths: no table."""
-    distance_step: float
-    """Spacing of the distances, of which the second is 0 [m]."""
-    first_depth: float
-    """Least depth [m]."""
-    depth_step: float
-    """Spacing of the depths [m]."""
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _no_table() -> _SlownessTable:
-    """An empty table: each ray is solved."""
-    return _SlownessTable(np.empty((0, 0)), 1.0, 0.0, 1.0)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _slowness_table(
-    end: Floats, square: tuple[float, float, float, float], span: tuple[float, float], nodes: int, water: SurfaceWater
-) -> _SlownessTable:
-    """Table of rays from one end to the nodes of a square, so fine that cubics between its entries err by 1e-9.
-
-    Args:
-        end: North, east, depth of the end [m], (3,).
-        square: Least and greatest north, least and greatest east of the nodes [m].
-        span: Least and greatest depth of the nodes [m]; NaN: not known.
-        nodes: Number of nodes; none is tabulated where the table would have half as many entries.
-        water: The water.
-    """
-    low, high = span
-    if not low > end[2]:
-        return _no_table()
-    spacing = TABLE_STEP * (low - end[2])
-    north = max(abs(square[0] - end[0]), abs(square[1] - end[0]))
-    east = max(abs(square[2] - end[1]), abs(square[3] - end[1]))
-    columns = math.ceil(math.sqrt(north * north + east * east) / spacing) + 4
-    rows = max(4, math.ceil((high - low) / spacing) + 1)
-    if 2 * rows * columns > nodes:
-        return _no_table()
-    depth_step, values = max((high - low) / (rows - 1), 1e-9), np.empty((rows, columns))
-    for i in range(rows):
-        for k in range(1, columns):
-            ray = refracted_path((k - 1) * spacing, -end[2], low + i * depth_step, False, water, 0.0, CLOSE)
-            values[i, k] = water.speed[0] * ray.slowness if ray.exists else math.nan
-        values[i, 0] = -values[i, 2]
-    return _SlownessTable(values, spacing, low, depth_step)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _cubic_weights(t: float) -> tuple[float, float, float, float]:
-    """Weights of four nodes of the cubic through them, at t from the second in steps of nodes [1]."""
-    a, b, c, d = t + 1, t, t - 1, t - 2
-    return -b * c * d / 6, a * c * d / 2, -a * b * d / 2, a * b * c / 6
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
 def _add_refracted_gradients(
     depth: Floats, north: float, first_east: float, step: float, end: Floats, water: SurfaceWater,
-    table: _SlownessTable, path_gradient: Floats,
+    table: SlownessTable, path_gradient: Floats,
 ) -> None:  # fmt: skip
-    """Add the gradients of refracted paths from an end to a row of nodes, by north, east and depth [1], (3, n)."""
-    x, values = north - end[0], table.values
+    """Add the gradients of refracted paths from an end to a row of nodes, by north, east and depth [1], (3, n).
+
+    The last two rows of `path_gradient` are work arrays.
+    """
+    by_north, by_east, by_depth, per_distance, speed = path_gradient
+    x, first, reference = north - end[0], first_east - end[1], water.speed[0]
+    interpolate_slowness(depth, x, first, step, table, per_distance)
+    interpolate_speed(depth, table.water, speed)
     for j in range(depth.size):
-        y, slowness = first_east + j * step - end[1], math.nan
-        distance = math.sqrt(x * x + y * y)
-        if values.shape[0] > 0:
-            u, v = distance / table.distance_step, (depth[j] - table.first_depth) / table.depth_step
-            k, i = int(u), min(max(int(v) - 1, 0), values.shape[0] - 4)
-            across, down, slowness = _cubic_weights(u - k), _cubic_weights(v - i - 1), 0.0
-            for row in range(4):
-                along = 0.0
-                for column in range(4):
-                    along += across[column] * values[i + row, k + column]
-                slowness += down[row] * along
-        if math.isnan(slowness):
+        y, per, index = first + j * step, per_distance[j], reference / speed[j]
+        down = math.sqrt(max(index * index - per * per * (x * x + y * y), 1e-12))
+        by_north[j] += 0.0 if math.isnan(per) else per * x
+        by_east[j] += 0.0 if math.isnan(per) else per * y
+        by_depth[j] += 0.0 if math.isnan(per) else down
+    for j in range(depth.size):
+        if math.isnan(per_distance[j]):
             one = _path_gradient(north, first_east + j * step, depth[j], end, water)
-            by_north, by_east, by_depth = one[0], one[1], one[2]
-        else:
-            index = water.speed[0] / speed_at(depth[j], water)
-            per = slowness / distance if distance > 1e-9 else 0.0
-            by_north, by_east = per * x, per * y
-            by_depth = math.sqrt(max(index * index - slowness * slowness, 1e-12))
-        path_gradient[0, j] += by_north
-        path_gradient[1, j] += by_east
-        path_gradient[2, j] += by_depth
+            by_north[j], by_east[j], by_depth[j] = by_north[j] + one[0], by_east[j] + one[1], by_depth[j] + one[2]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
