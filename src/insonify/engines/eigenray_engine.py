@@ -39,7 +39,7 @@ from insonify.engines.ping_scatterers import Block, ping_scatterers, slice_footp
 from insonify.engines.polar_grid import MAX_CELL_WIDTH
 from insonify.engines.radials import bearing_gain_bound
 from insonify.engines.relief_reflections import reflect_off_relief, relief_roughness_factor
-from insonify.engines.relief_specular_points import with_specular_points
+from insonify.engines.relief_specular_points import family_specular_points, with_specular_points
 from insonify.engines.terrain_occlusion import TerrainOcclusion
 from insonify.propagation.delay_field import DelayField
 from insonify.propagation.families import DIRECT, families_reaching
@@ -238,16 +238,21 @@ class EigenrayEngine:
         families = boundary_echo_families(
             self.path_settings, two_platforms=ping_geometry.receive_track_extent is not None
         )
-        families = from_receiver(families)
-        receive = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
-        wavelength, terrain = self._wavelength(ping_geometry, end), self.scene.seabed.terrain
+        families, terrain = from_receiver(families), self.scene.seabed.terrain
+        wavelength, start = self._wavelength(ping_geometry, end), ping_geometry.transmit_position
+        legs = self._legs_over_mean_plane(end, transmitter, ping_geometry, families, elements=True)
+        points = family_specular_points(legs, end, start, self.scene, wavelength, self.caches.specular_points)
+        needed = None
+        if terrain is not None and ping_geometry.is_monostatic and end[2] < terrain.span[0]:
+            # straight below and above one position nothing but the bounces lies on the paths
+            needed = np.array([[family_points is None] for family_points in points])
+        if needed is None or any("B" in legs.families[row] for row in np.flatnonzero(needed)):
+            legs = self._with_terrain(legs, transmitter, ping_geometry, end, needed)
+        receive = self._with_water_delays(legs, transmitter, ping_geometry, end)
         if terrain is not None and terrain.relief.is_waves and self.scene.seabed.reflecting_interface == "rough":
             factor = relief_roughness_factor(receive, end, terrain, wavelength, terrain.depth)
             receive = replace(receive, reflection_coefficient=receive.reflection_coefficient * factor)
-        if terrain is not None and terrain.span[0] < terrain.span[1]:
-            receive = with_specular_points(
-                receive, end, ping_geometry.transmit_position, self.scene, wavelength, self.caches.specular_points
-            )
+        receive = with_specular_points(receive, points, end, start, self.scene, wavelength)
         if self.scene.surface.reflection != "flat":
             _, receive = self._reflected(receive, end, transmitter, ping_geometry, follow_bed=False)
             if surface_law_has_facets(self.scene, self.path_settings):
@@ -413,7 +418,7 @@ class EigenrayEngine:
 
     def _end_legs(
         self, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, selection: PairSelection | None,
-        *, elements: bool, families: tuple[str, ...] | None = None,
+        *, elements: bool,
     ) -> Legs:  # fmt: skip
         """Legs between one end and the scatterers, with bounces off flat boundaries and terrain.
 
@@ -423,20 +428,24 @@ class EigenrayEngine:
             ping_geometry: The sonar at this ping.
             selection: Families and the scatterers at which they are followed; None: all of both.
             elements: True: array elements about that end receive them.
-            families: Families that are followed without a selection; None: all of the path settings.
         """
-        if selection is not None:
-            families = selection.families
-        elif families is None:
-            families = self.path_settings.followed_families
+        families = self.path_settings.followed_families if selection is None else selection.families
         followed = None if selection is None else selection.needed
-        legs = self.rays.legs(position, scatterers, families, ping_geometry.frequency, needed=followed)
-        if elements and ping_geometry.elements is not None:
-            legs = self.rays.with_aperture_expansion(legs, position, scatterers, ping_geometry.element_extent)
+        legs = self._legs_over_mean_plane(position, scatterers, ping_geometry, families, followed, elements=elements)
         needed = None if followed is None else followed[[families.index(family) for family in legs.families]]
         return self._with_water_delays(
             self._with_terrain(legs, scatterers, ping_geometry, position, needed), scatterers, ping_geometry, position
         )
+
+    def _legs_over_mean_plane(
+        self, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, families: tuple[str, ...],
+        needed: NDArray[np.bool_] | None = None, *, elements: bool,
+    ) -> Legs:  # fmt: skip
+        """Legs of some families between one end and the scatterers before the terrain changes them; see `_end_legs`."""
+        legs = self.rays.legs(position, scatterers, families, ping_geometry.frequency, needed=needed)
+        if elements and ping_geometry.elements is not None:
+            legs = self.rays.with_aperture_expansion(legs, position, scatterers, ping_geometry.element_extent)
+        return legs
 
     def _pair_strengths(
         self, scatterers: Scatterers, transmit: Legs, receive: Legs, pair: NDArray[np.int64], weight: Floats,
@@ -572,7 +581,6 @@ def _slice_width(ping_geometry: PingGeometry, transmit: Legs, receive: Legs, pai
     return np.asarray(np.sqrt(slice_footprint(ping_geometry)) * product**0.25)
 
 
-@lru_cache(maxsize=8)
 @lru_cache(maxsize=16)
 def _contributions(law: Lambert) -> Floats:
     """Factor of one leg in a separable law (linear in the sine of grazing angle), at sines of 0 and 1 [1]."""

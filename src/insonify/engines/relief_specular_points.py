@@ -74,14 +74,14 @@ class SpecularPoints(NamedTuple):
     """Mean square of the ground that the search leaves out [m^2]; 0 of waves, whose spectrum is known."""
 
 
-def with_specular_points(
+def family_specular_points(
     legs: Legs, position: Floats, end: Floats, scene: Scene, wavelength: float,
     cache: RecentResults[SpecularPoints | None],
-) -> Legs:  # fmt: skip
-    """Legs to one point with a row for each specular point of the families that reflect once off the seabed.
+) -> list[SpecularPoints | None]:  # fmt: skip
+    """Specular points of each row of legs to one point; None for families that do not reflect once off relief.
 
     Args:
-        legs: Legs over relief to one point, a row for each family.
+        legs: Legs over the mean plane to one point, a row for each path.
         position: North, east, depth at which they begin [m], shape (3,).
         end: North, east, depth of the point [m], shape (3,).
         scene: The scene.
@@ -89,27 +89,49 @@ def with_specular_points(
         cache: Specular points that have been found, by the ends of their path and the wavelength.
     """
     terrain, at_start = scene.seabed.terrain, float(scene.water.sound_speed_at(position[2]))
-    rows: list[int] = []
-    branches: list[int] = []
-    found: list[_FamilyPoints] = []
-    for row, family in enumerate(legs.families):
+    if terrain is None or terrain.span[0] == terrain.span[1]:
+        return [None] * len(legs.families)
+    found: list[SpecularPoints | None] = []
+    for family in legs.families:
         points = None
-        if terrain is not None and family.count("B") == 1 and (
-            not scene.water.layered or legs.families.count(family) == 1):  # fmt: skip
+        if family.count("B") == 1 and (not scene.water.layered or legs.families.count(family) == 1):
             water = _water(scene, family, at_start)
             unit = wavelength * float(water.speed[0]) * water.slowness if water.depth.size else wavelength
             # by reciprocity either direction has the same points
             begin, stop = sorted(_images(family, position, end), key=tuple)
             key = begin.tobytes(), stop.tobytes(), unit
             points = cache.get(key, partial(specular_points, terrain, begin, stop, unit, water))
-        count = 1 if points is None else len(points.length)
-        if points is not None:
-            found.append(_FamilyPoints(row, slice(len(rows), len(rows) + count), points))
-        branches += [legs.branch[row]] if points is None else range(count)
+        found.append(points)
+    return found
+
+
+def with_specular_points(
+    legs: Legs, points: list[SpecularPoints | None], position: Floats, end: Floats, scene: Scene, wavelength: float
+) -> Legs:
+    """Legs to one point with a row for each specular point of their families.
+
+    Args:
+        legs: Legs to one point, a row for each path.
+        points: Specular points of each row, from `family_specular_points`; None: the row stays.
+        position: North, east, depth at which they begin [m], shape (3,).
+        end: North, east, depth of the point [m], shape (3,).
+        scene: The scene.
+        wavelength: Acoustic wavelength [m].
+    """
+    terrain = scene.seabed.terrain
+    rows: list[int] = []
+    branches: list[int] = []
+    found: list[_FamilyPoints] = []
+    for row, family_points in enumerate(points):
+        count = 1 if family_points is None else len(family_points.length)
+        if family_points is not None:
+            found.append(_FamilyPoints(row, slice(len(rows), len(rows) + count), family_points))
+        branches += [legs.branch[row]] if family_points is None else range(count)
         rows += [row] * count
+    if terrain is None or not found:
+        return legs
     result = replace(leg_rows(legs, rows), branch=tuple(branches))
-    if terrain is not None and found:
-        _write(result, found, legs, (position, end), scene, terrain, wavelength)
+    _write(result, found, legs, (position, end), scene, terrain, wavelength)
     return result
 
 
