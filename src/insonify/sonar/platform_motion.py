@@ -6,6 +6,7 @@ that parabola by less than a thousandth of the displacement.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from insonify.sonar.track.poses import Poses
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PlatformMotion:
     """The platform during one ping."""
 
@@ -40,9 +41,9 @@ class PlatformMotion:
         Returns:
             Position at the start [m], velocity there [m/s] and acceleration [m/s^2], each of shape (m, 3).
         """
-        poses = zip(self.position, self.rotation, strict=True)
-        first, middle, last = (position + offset @ rotation.T for position, rotation in poses)
-        return first, *_parabola(middle - first, last - first, self.window)
+        path = self.position[:, None] + offset @ self.rotation.transpose(0, 2, 1)
+        middle, last = path[1:] - path[0]
+        return path[0], *_parabola(middle, last, self.window)
 
     def max_displacement(self, offset: Floats) -> float:
         """Approximate largest displacement of any point fixed to the platform from its initial position [m].
@@ -54,7 +55,7 @@ class PlatformMotion:
         displacements = [velocity * t + acceleration / 2 * t**2 for t in (self.window / 2, self.window)]
         return float(np.linalg.norm(displacements, axis=-1).max())
 
-    @property
+    @cached_property
     def is_rotating(self) -> bool:
         """True where the platform's attitude changes."""
         return bool((self.rotation[0] != self.rotation[1:]).any())

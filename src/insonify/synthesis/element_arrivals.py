@@ -62,10 +62,12 @@ def receive_points(ping_geometry: PingGeometry) -> ReceivePoints:
     """Elements of the receiver in the world; for beams, the array's centre."""
     elements, motion = ping_geometry.elements, ping_geometry.receive_motion
     position = np.zeros((1, 3)) if elements is None else elements.positions @ ping_geometry.receive_beams.axes
-    velocity, acceleration = np.zeros_like(position), np.zeros_like(position)
-    if motion is not None:
-        offset = position if elements is None else position @ motion.rotation[0]
-        _, velocity, acceleration = motion.kinematics(ping_geometry.lever_arms[1] + offset)
+    if motion is None:
+        velocity, acceleration = np.zeros((2, *position.shape))
+    else:
+        arm = ping_geometry.lever_arms[1:]
+        offset = arm if elements is None else arm + position @ motion.rotation[0]
+        _, velocity, acceleration = motion.kinematics(offset)
     if elements is None:
         return ReceivePoints(position, velocity, acceleration, np.zeros(1, np.int64), np.zeros(1))
     orientations, row = np.unique(elements.orientations, return_inverse=True)
@@ -290,9 +292,8 @@ def has_parallax(
     waves = float(ping_geometry.receive_beams.per_unit.max()) / POINTS_PER_LOBE
     if not waves > 1:
         return False
-    displacement = np.linalg.norm(receive_points.position, axis=1) + latest_arrival * np.linalg.norm(
-        receive_points.velocity, axis=1
-    )
+    distance, speed = (np.sqrt(np.vecdot(v, v)) for v in (receive_points.position, receive_points.velocity))
+    displacement = distance + latest_arrival * speed
     return bool(np.pi * waves * displacement.max() > PARALLAX_TOLERANCE * max(min_path_length, CLOSEST))
 
 
