@@ -79,9 +79,13 @@ def test_the_points_kept_have_bounded_memory(monkeypatch):
 
 
 def test_each_silhouette_is_made_once_a_ping(monkeypatch):
-    """Of 30 rocks seen from the images of five families, block after block of the seabed: 150 outlines, no more."""
-    made = []
-    monkeypatch.setattr(silhouette, "outline", lambda *args: made.append(args[1:]))
+    """Of 30 rocks seen from the images of five families, block after block of the seabed: 150 outlines, no more.
+
+    Bearings of a rock's corners are the same from all images: 30.
+    """
+    made, seen, bearings = [], [], silhouette._triangle_bearings
+    monkeypatch.setattr(silhouette, "silhouette_columns", lambda *args: made.append(args[4].fill(1.0)))
+    monkeypatch.setattr(silhouette, "_triangle_bearings", lambda *args: seen.append(args) or bearings(*args))
     silhouette.silhouette.cache_clear()
     rocks = [{"shape": "rock", "label": f"rock {n}", "position": (0.0, 50.0 + n)} for n in range(30)]
     scene = nominal(targets=rocks).scene
@@ -90,4 +94,4 @@ def test_each_silhouette_is_made_once_a_ping(monkeypatch):
             for depth in (11.0, -11.0, 29.0, -29.0, 51.0):
                 silhouette.silhouette(solid, scene.seabed, (0.0, 0.0, depth))
     silhouette.silhouette.cache_clear()
-    assert len(made) == 30 * 5
+    assert (len(made), len(seen)) == (30 * 5, 30)

@@ -117,12 +117,13 @@ class PlanView(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def silhouette_columns(corners: Floats, bearing: Floats, borders: Floats, columns: Floats) -> None:
+def silhouette_columns(corners: Floats, bearing: Floats, depth: float, borders: Floats, columns: Floats) -> None:
     """Tops and bases of the columns of a silhouette, where the edges of triangles cross their middles.
 
     Args:
-        corners: Along, across, below the line from the sonar to the middle of the solid [m], (t, 3, 3).
+        corners: Along and across the line from the sonar to the middle of the solid, and depth [m], (t, 3, 3).
         bearing: Bearing of the corners re that line [rad], (t, 3).
+        depth: Depth of the sonar or of its image [m].
         borders: Bearings between the columns, evenly spaced [rad], (c + 1,).
         columns: Result: as for `diffract_around_solid`, depths re the sonar.
     """
@@ -130,6 +131,10 @@ def silhouette_columns(corners: Floats, bearing: Floats, borders: Floats, column
     per_width = count / (borders[count] - borders[0])
     top, base = np.full(count, np.inf), np.full(count, -np.inf)
     columns[:, 4], columns[:, 5] = np.inf, -np.inf
+    middle, cosine, sine = np.empty(count), np.empty(count), np.empty(count)
+    for k in range(count):
+        middle[k] = (borders[k] + borders[k + 1]) / 2
+        cosine[k], sine[k] = math.cos(middle[k]), math.sin(middle[k])
     for t in range(corners.shape[0]):
         for e in range(3):
             a, b = corners[t, e], corners[t, (e + 1) % 3]
@@ -139,15 +144,15 @@ def silhouette_columns(corners: Floats, bearing: Floats, borders: Floats, column
                 continue
             first = max(int((low - borders[0]) * per_width - 0.5), 0)
             for k in range(first, count):
-                turn = (borders[k] + borders[k + 1]) / 2
-                if turn > high:
+                if middle[k] > high:
                     break
-                if turn < low:
+                if middle[k] < low:
                     continue
-                c, s = math.cos(turn), math.sin(turn)
+                c, s = cosine[k], sine[k]
                 from_a, from_b = c * a[1] - s * a[0], c * b[1] - s * b[0]
                 part = from_a / (from_a - from_b)
-                x, y, z = a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]), a[2] + part * (b[2] - a[2])
+                x, y = a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])
+                z = (a[2] - depth) + part * ((b[2] - depth) - (a[2] - depth))
                 distance = math.hypot(x, y)
                 if z / distance < top[k]:
                     top[k], columns[k, 0], columns[k, 1] = z / distance, distance, z

@@ -5,7 +5,9 @@ the sum over its columns, each a product of two differences of Fresnel integrals
 in `knife_edge`). The sides that two columns share cancel.
 """
 
+import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,8 @@ COLUMNS = 64
 """Columns of a silhouette: Arago's spot behind a ball of seven Fresnel zones is right within 4 % [1]."""
 REMEMBERED = 2048
 """Number of cached silhouettes: 100 solids for all families of both ends, and sonars side by side [1]."""
+POSITIONS = 4
+"""Positions about which the triangles of a solid are kept: the families of one end follow each other [1]."""
 FEWEST = 8
 """Least number of columns of a silhouette [1]."""
 
@@ -40,7 +44,50 @@ def silhouette(
     Returns:
         Its silhouette; None where the solid surrounds the position.
     """
-    return outline(np.asarray(world_triangles(solid, seabed).corners, float), source, max_column_width)
+    seen = _solid_bearings(solid, seabed, source[:2])
+    return None if seen is None else _silhouette_from(seen, source[2], max_column_width)
+
+
+class TriangleBearings(NamedTuple):
+    """Triangles about a sonar re the bearing of their middle, t of them: equal for all images of the sonar."""
+
+    facing: float
+    """Bearing of their middle [rad]."""
+    distance: float
+    """Horizontal distance of their middle [m]."""
+    corners: Floats
+    """Distances of the corners along and across that bearing, and depth [m], shape (t, 3, 3)."""
+    bearing: Floats
+    """Bearing of the corners re that of the middle [rad], shape (t, 3)."""
+    extent: tuple[float, float]
+    """Least and greatest of these [rad]."""
+
+
+@lru_cache(maxsize=POSITIONS)
+def _solid_bearings(solid: Solid, seabed: Seabed, source: tuple[float, float]) -> TriangleBearings | None:
+    """Triangles of a solid about a position, cached."""
+    return _triangle_bearings(np.asarray(world_triangles(solid, seabed).corners, float), source)
+
+
+def _triangle_bearings(corners: Floats, source: tuple[float, float]) -> TriangleBearings | None:
+    """Triangles about a position; None where they surround it.
+
+    Args:
+        corners: North, east, depth of their corners [m], shape (t, 3, 3).
+        source: North and east of the position [m].
+    """
+    north, east = corners[..., 0] - source[0], corners[..., 1] - source[1]
+    middle = float(north.mean()), float(east.mean())
+    facing = math.atan2(middle[1], middle[0])
+    c, s = math.cos(facing), math.sin(facing)
+    along, across = c * north + s * east, c * east - s * north
+    if along.min() <= 0:
+        return None
+    bearing = np.arctan2(across, along)
+    extent = float(bearing.min()), float(bearing.max())
+    return TriangleBearings(
+        facing, math.hypot(*middle), np.stack([along, across, corners[..., 2]], axis=-1), bearing, extent
+    )
 
 
 def outline(corners: Floats, source: tuple[float, float, float], max_column_width: float = 0.0) -> Silhouette | None:
@@ -51,21 +98,18 @@ def outline(corners: Floats, source: tuple[float, float, float], max_column_widt
         source: North, east, depth of the position [m].
         max_column_width: Largest width of columns [m]; 0: the largest number of columns.
     """
-    start = corners - np.array(source)
-    middle = start.reshape(-1, 3).mean(axis=0)
-    facing = float(np.arctan2(middle[1], middle[0]))
-    c, s = np.cos(facing), np.sin(facing)
-    start = np.stack([c * start[..., 0] + s * start[..., 1], c * start[..., 1] - s * start[..., 0], start[..., 2]], -1)
-    if start[..., 0].min() <= 0:
-        return None
-    bearing = np.arctan2(start[..., 1], start[..., 0])
-    count = COLUMNS
+    seen = _triangle_bearings(corners, source[:2])
+    return None if seen is None else _silhouette_from(seen, source[2], max_column_width)
+
+
+def _silhouette_from(seen: TriangleBearings, depth: float, max_column_width: float) -> Silhouette:
+    """Silhouette of triangles from one depth, see `outline`."""
+    (first, last), count = seen.extent, COLUMNS
     if max_column_width > 0:
-        width = float(np.ptp(bearing)) * float(np.hypot(middle[0], middle[1]))
-        count = int(np.clip(np.ceil(width / max_column_width), FEWEST, COLUMNS))
-    borders = np.linspace(bearing.min(), bearing.max(), count + 1)
+        count = min(max(math.ceil((last - first) * seen.distance / max_column_width), FEWEST), COLUMNS)
+    borders = np.linspace(first, last, count + 1)
     columns = np.empty((count, 6))
-    silhouette_columns(start, bearing, borders, columns)
-    columns[:, [1, 3]] += source[2]
+    silhouette_columns(seen.corners, seen.bearing, depth, borders, columns)
+    columns[:, [1, 3]] += depth
     away = np.concatenate([columns[:1, 0], (columns[1:, 0] + columns[:-1, 0]) / 2, columns[-1:, 0]])
-    return Silhouette(facing, borders, away, columns)
+    return Silhouette(seen.facing, borders, away, columns)
