@@ -18,6 +18,7 @@ import scipy
 from numpy.typing import NDArray
 
 from insonify.fourier import fast_length
+from insonify.jit import njit
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, kernel_transform
 
 OVERSAMPLING = 2
@@ -239,19 +240,41 @@ def convolve_energy_spectrum(
         Intensity at grid.time, 0 where it is below the rounding of the transforms, shape (channels, count).
     """
     intensity = np.empty((len(cells), grid.sample_count))
-    filled = cells != 0
-    few = np.count_nonzero(filled, axis=1) <= FEW
-    for row in np.flatnonzero(few):
-        intensity[row] = _series_of_few(cells[row], np.flatnonzero(filled[row]), grid, filtering.responses)
-    rows = np.flatnonzero(~few)
+    rows: list[int] = []
+    for row, filled in enumerate(cells != 0):
+        if np.count_nonzero(filled) > FEW:
+            rows.append(row)
+        else:
+            intensity[row] = _series_of_few(cells[row], np.flatnonzero(filled), grid, filtering.responses)
     for first in range(0, len(rows), _CHANNELS):
-        channels = rows[first : first + _CHANNELS]
+        channels = rows[first : first + _CHANNELS] if len(rows) < len(cells) else slice(first, first + _CHANNELS)
         # Every fourth cell is a series at the output's own rate: four short transforms, each with its own filter.
         parts = scipy.fft.rfft(cells[channels].reshape(-1, grid.energy_padded, 2 * OVERSAMPLING), axis=1)
-        series = scipy.fft.irfft(np.einsum("cjr,jr->cj", parts, filtering.factors), grid.energy_padded)
+        spectra = np.empty(parts.shape[:2], complex)
+        add_filtered(parts, filtering.factors, spectra)
+        series = scipy.fft.irfft(spectra, grid.energy_padded, overwrite_x=True)
         series[series < ROUNDING * series.max(axis=1, keepdims=True, initial=0.0)] = 0.0
         intensity[channels] = series[:, grid.lead_samples : grid.lead_samples + grid.sample_count]
     return intensity
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_filtered(
+    parts: NDArray[np.complex128], factors: NDArray[np.complex128], spectra: NDArray[np.complex128]
+) -> None:
+    """Sum of transforms times their filters.
+
+    Args:
+        parts: Transforms of p series of each channel, (channels, frequencies, p).
+        factors: Filter of each series [1], (frequencies, p).
+        spectra: Result, (channels, frequencies).
+    """
+    for c in range(parts.shape[0]):
+        for j in range(parts.shape[1]):
+            total = 0j
+            for r in range(parts.shape[2]):
+                total += parts[c, j, r] * factors[j, r]
+            spectra[c, j] = total
 
 
 def _series_of_few(
