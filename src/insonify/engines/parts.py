@@ -47,7 +47,7 @@ def parts_of(size: int) -> int:
     Args:
         size: Size of one part [bytes].
     """
-    return int(np.clip(MAX_ACCUMULATOR_BYTES // max(size, 1), MIN_PARTS, MAX_PARTS))
+    return min(max(MAX_ACCUMULATOR_BYTES // max(size, 1), MIN_PARTS), MAX_PARTS)
 
 
 def cut_into_blocks(count: NDArray[np.float64]) -> list[slice]:

@@ -88,11 +88,14 @@ def grid_scatterer_id(
 
 def whole_target_id(label: str, count: int) -> NDArray[np.uint64]:
     """Key of a whole target, repeated for points that form one object, shape (count,)."""
-    return np.repeat(target_scatterer_id(label, 7, np.zeros(1, int), np.zeros(1, int)), count)
+    return np.full(count, _first_key(label, 7), np.uint64)
 
 
 def target_scatterer_id(label: str, face: int, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
     """Keys of points on a target: label, face (6 is a solid, 7 the whole), cell numbers (below 4096) in 64 bits."""
-    label_hash = zlib.crc32(label.encode())
-    cell = ((row << 12) | column).astype(np.uint64)
-    return cell | np.uint64((random_keys.TARGET << 59) | (label_hash << 27) | (face << 24))
+    return ((row << 12) | column).astype(np.uint64) | np.uint64(_first_key(label, face))
+
+
+def _first_key(label: str, face: int) -> int:
+    """Key of the first cell of a face of a target."""
+    return (random_keys.TARGET << 59) | (zlib.crc32(label.encode()) << 27) | (face << 24)

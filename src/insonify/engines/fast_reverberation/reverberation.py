@@ -32,6 +32,7 @@ from insonify.engines.fast_reverberation.reverberation_plan import (
     absorption_exponent,
     bounce_tables,
     plan_reverberation,
+    sizes_of_lists,
 )
 from insonify.engines.fast_reverberation.shadow_radials import shaded_legs, shadow_radials
 from insonify.engines.fast_reverberation.swath_origins import (
@@ -203,7 +204,7 @@ class FastReverberation:
             float(ping_geometry.transmit_position[2]), seabed.depth, ping_geometry.sound_speed,
             ping_geometry.wavelength, (seabed.depth, seabed.depth) if seabed.terrain is None else seabed.terrain.span,
         )  # fmt: skip
-        legs, pairs, interference_ranges = _allocate(part, len(plan.families), len(plan.allocation.pair))
+        legs, pairs, interference_ranges = _allocate(part, plan)
         range_count = kernel.walk_radials(frame, channel, part, tiles, plan.table, legs, pairs, interference_ranges)
         terrain = seabed.terrain
         if terrain is not None and terrain.span[0] < terrain.span[1]:
@@ -280,14 +281,10 @@ class FastReverberation:
         return ShadedSamples(row, shaded)
 
 
-def _allocate(part: RadialSet, f: int, p: int) -> tuple[RadialLegs, PairSamples, NDArray[np.int64]]:
-    """Arrays to be filled: legs of f families to samples, samples of p pairs, and interference ranges."""
-    lists, list_rows = part.lists, part.list_rows
-    size = int((lists.pair_offsets[:, 1:] - lists.pair_offsets[:, :-1]).take(list_rows, axis=0).sum(axis=0).max())
-    points, range_count = (
-        int((offsets[1:] - offsets[:-1]).take(list_rows).sum())
-        for offsets in (lists.list_offsets, lists.interference_offsets)
-    )
+def _allocate(part: RadialSet, plan: ReverberationPlan) -> tuple[RadialLegs, PairSamples, NDArray[np.int64]]:
+    """Arrays to be filled: legs to samples, samples of pairs, and interference ranges."""
+    f, p, is_complete = len(plan.families), len(plan.allocation.pair), part.radials is plan.radials
+    points, size, range_count = plan.sample_sizes if is_complete else sizes_of_lists(part.lists, part.list_rows)
     legs = RadialLegs(
         np.empty(len(part.radials) + 1, np.int64), _SCRATCH.array("point", (2, points), np.float64),
         _SCRATCH.array("normal", (3, points), np.float32), _SCRATCH.array("delay", (f, points), np.float64),

@@ -59,6 +59,11 @@ class ReverberationPlan:
         return int(self.lists.sample_counts.sum())
 
     @cached_property
+    def sample_sizes(self) -> tuple[int, int, int]:
+        """Sizes of the lists of all radials together, see `sizes_of_lists`."""
+        return sizes_of_lists(self.lists, np.arange(len(self.radials)))
+
+    @cached_property
     def energy(self) -> NDArray[np.float32]:
         """Energy of every pair, both orders, from each range bin of each radial, re the pulse's energy at 1 m.
 
@@ -93,6 +98,20 @@ class ReverberationPlan:
                 1 / `sample_allocation.FULL_PROBABILITY`, (m, b, p).
         """
         return _sample_lists(radials, heading, self.step, self.allocation, keep_probability, self.table)
+
+
+def sizes_of_lists(lists: SampleLists, list_rows: NDArray[np.int64]) -> tuple[int, int, int]:
+    """Sizes of some lists together: points, rows of the pair of families with the most, and interference ranges.
+
+    Args:
+        lists: Lists of samples.
+        list_rows: Rows of these lists.
+    """
+    rows = np.diff(lists.pair_offsets, axis=1).take(list_rows, axis=0).sum(axis=0).max()
+    points, ranges = (
+        np.diff(offsets).take(list_rows).sum() for offsets in (lists.list_offsets, lists.interference_offsets)
+    )
+    return int(points), int(rows), int(ranges)
 
 
 class RadialLines(NamedTuple):
