@@ -1,6 +1,8 @@
 """Claims about commands on exported files: a recording in netCDF is read, others are refused with their programs."""
 
 import json
+import re
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -8,8 +10,10 @@ import xarray as xr
 
 import insonify
 from insonify.cli import main
+from insonify.cli.export import AS_HELP
 from insonify.formats import netcdf_file
 from insonify.formats.other_files import PROGRAMS
+from insonify.writers.export import FORMATS
 from oracles.scenes import nominal, point
 
 
@@ -139,3 +143,10 @@ def test_every_exported_file_is_read_or_has_a_program():
     read = {suffix for reader in instrument_formats() for suffix in reader.suffixes}
     known = read | {suffix for suffixes in PROGRAMS for suffix in suffixes}
     assert {suffix for form in FORMATS.values() if not form.is_folder for suffix in form.suffixes} <= known
+
+
+def test_the_help_lists_the_formats_that_share_a_suffix():
+    """Each name that --as takes where the suffix alone leaves a choice."""
+    suffixes = Counter(suffix for about in FORMATS.values() for suffix in about.suffixes)
+    shared = {name for name, about in FORMATS.items() if any(suffixes[suffix] > 1 for suffix in about.suffixes)}
+    assert shared <= set(re.split(r"[\s,;:.]+", AS_HELP))

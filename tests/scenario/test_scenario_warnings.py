@@ -40,6 +40,16 @@ def test_water_outside_the_absorption_law_is_reported_before_the_run():
     assert warnings_of(water={"temperature": 30, "absorption_db_per_m": 0.03}) == []
 
 
+def test_an_absorption_of_decibels_per_kilometre_without_their_unit_is_warned_of():
+    """34 dB/m is a thousand times that of the sea at 100 kHz; nine times that is taken as measured."""
+    (word,) = warnings_of(water={"absorption_db_per_m": 34})
+    assert word == (
+        "water.absorption_db_per_m: 34 dB/m is 1011 times the 33.6 dB/km of the law at 100 kHz. "
+        "Did you mean 34 dB/km? Write the unit."
+    )
+    assert warnings_of(water={"absorption_db_per_m": 0.3}) == []
+
+
 @pytest.mark.parametrize(
     ("bounce", "reflections", "count"), [("statistical", 2, 1), ("explicit", 1, 1), ("explicit", 0, 0)]
 )

@@ -20,13 +20,13 @@ class Progress:
     def begin(self) -> None:
         """Note that a kernel is being compiled."""
         if self._printed < 0:
-            self._print("compiling (once): the machine code is kept for later runs")
+            self._print("compiling (once for this kind of scenario): the machine code is kept for later runs")
 
     def end(self) -> None:
         """Note that a kernel has been compiled."""
         self._kernels += 1
         if time.monotonic() - self._printed >= OFTEN:
-            self._print(f"compiling (once): {self._kernels} kernels so far")
+            self._print(f"compiling: {self._kernels} kernels so far")
 
     def _print(self, line: str) -> None:
         typer.echo(line, err=True)

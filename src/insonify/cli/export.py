@@ -9,6 +9,10 @@ from insonify.cli.arguments import InputError
 from insonify.cli.pictures import start_drawing
 from insonify.formats.locations import location
 
+AS_HELP = (
+    "Format, where a suffix has several, the first without it: .xtf xtf, xtf-float32, xtf-recorded; .tif mosaic, "
+    "labels, waterfall, bathymetry; .nc netcdf, sonar-netcdf4; .yolo yolo, yolo-segments; .maps maps, geotiff-maps."
+)
 MOST_DIGITS = 9
 """Digits of the largest tile."""
 
@@ -20,7 +24,7 @@ def export(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; its suffix names the format.")],
     form: Annotated[
         str | None,
-        typer.Option("--as", metavar="NAME", help="Format, where a suffix has several, such as xtf-float32."),
+        typer.Option("--as", metavar="NAME", help=AS_HELP),
     ] = None,
     projection: Annotated[
         str | None, typer.Option(metavar="GRID", help="Grid of annotated images: slant, ground or mosaic.")

@@ -31,6 +31,8 @@ LEAST = 0.05
 """Loss by soft edges from which on they have a column of their own [dB]."""
 SURFACE_RAYS = {"statistical": "is a glint", "explicit": "has another bounce point of the waves, or is a glint"}
 """Kind of a family's further rays, by `Surface.reflection`; off one plane there are none."""
+LARGEST_SHAPE = 2.0
+"""Value of a received pulse re that at the carrier above which it is explained [1]."""
 NOTE = "distance: straight from the receiver to the scatterer; level: the sum of the columns before it"
 
 
@@ -171,6 +173,9 @@ def _notes(behind: SampleArrivals) -> list[str]:
         notes.append(f"bounce: all reflections; a ray numbered S2, S3, ... {rays}, its share of the energy included")
     if "edges" in extras:
         notes.append("edges: sound that bends around the edges of targets and crests of the ground, out and back")
+    if np.any(np.abs(behind.shape) > LARGEST_SHAPE):
+        notes.append("pulse: the received pulse at this time; above 0 dB where a beam has a null at the carrier and is "
+                     "stronger at the edges of the band")  # fmt: skip
     if "caustic" in extras:
         notes.append("caustic: what the caustics touched turn the phase by; near one it is a little less")
     return notes

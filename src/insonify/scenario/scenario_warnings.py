@@ -42,6 +42,8 @@ TESTED_DEPTHS = 9
 """Number of sonar depths, from its shallowest to its deepest, at which profile corners are tested."""
 THINNEST = 1e-3
 """Distance between knots of a profile below which a step of sound speed is likely to be measurement noise [m]."""
+MAX_ABSORPTION_RATIO = 10.0
+"""Ratio of a measured absorption to that of the law above which its unit is likely to be wrong [1]."""
 MAX_LOST_ENERGY = 0.1
 """Share of the pulse's energy that a receiver may leave out without a word [1]."""
 
@@ -65,7 +67,7 @@ def scenario_warnings(scenario: Scenario) -> None:
              gap_warning(scenario), boundary_warning(scenario), *range_warnings(scenario),
              *smooth_face_warnings(scenario),
              *inhomogeneity_warnings(scenario), *expectation_warnings(scenario),
-             *density_warnings(scenario), _unused_water_warning(scenario),
+             *density_warnings(scenario), _unused_water_warning(scenario), _absorption_warning(scenario),
              *_equal_target_warnings(scenario)]  # fmt: skip
     messages += [*receiver_warnings(scenario), *aperture_warnings(scenario, slowest / sonar.pulse.frequency),
              *turn_warnings(scenario, slowest / sonar.pulse.frequency)]  # fmt: skip
@@ -80,6 +82,23 @@ def _bubbles(scenario: Scenario) -> None:
     wind, bounced = scenario.surface.wind_speed, any("S" in name for name in scenario.paths.followed_families)
     if wind and bounced and scenario.surface.reflection in ("statistical", "explicit"):
         bubble_loss_db(wind, scenario.sonar.pulse.frequency, np.pi / 2)
+
+
+def _absorption_warning(scenario: Scenario) -> str:
+    """Warning on a measured absorption far above that of the law, as in a wrong unit; empty otherwise."""
+    water, frequency = scenario.water, scenario.sonar.pulse.frequency
+    if water.absorption_db_per_m is None:
+        return ""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the law is only compared with, outside its range too
+        by_law = float(water.unchecked_copy(absorption_db_per_m=None).absorption(frequency))
+    stated = water.absorption_db_per_m
+    if stated <= MAX_ABSORPTION_RATIO * by_law:
+        return ""
+    return (
+        f"water.absorption_db_per_m: {stated:g} dB/m is {stated / by_law:.0f} times the {1e3 * by_law:.3g} dB/km of "
+        f"the law at {frequency / 1e3:g} kHz. Did you mean {stated:g} dB/km? Write the unit."
+    )
 
 
 def _unused_water_warning(scenario: Scenario) -> str:

@@ -4,7 +4,7 @@ from functools import lru_cache
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from insonify.model import Metres, Model, field_error
@@ -122,10 +122,23 @@ class Seabed(Model):
         """The terrain that the relief makes; None for a flat seabed."""
         return _cached_terrain(self) if self.relief else None
 
-    def depth_at(self, north: float, east: float) -> float:
-        """Depth of the seabed at a position [m]; NaN where it is unknown."""
-        terrain = self.terrain
-        return self.depth if terrain is None else float(terrain.depth_at(north, east))
+    def depth_at(self, north: ArrayLike, east: ArrayLike) -> NDArray[np.float64]:
+        """Depth of the seabed at one or more positions [m]; NaN where it is unknown.
+
+        Args:
+            north: North of the positions [m], any shape.
+            east: East of the positions [m], of a shape that broadcasts with it.
+
+        Returns:
+            Depths, the broadcast shape.
+
+        Example:
+            >>> Seabed(depth="20 m").depth_at([0.0, 5.0], 2.0).tolist()
+            [20.0, 20.0]
+        """
+        if self.terrain is None:
+            return np.full(np.broadcast_shapes(np.shape(north), np.shape(east)), self.depth)
+        return np.asarray(self.terrain.depth_at(north, east))
 
     def law(self, frequency: float, sound_speed: float) -> Lambert | CompiledLaw | None:
         """The law of diffuse scattering at one frequency [Hz], under water of one sound speed [m/s]."""

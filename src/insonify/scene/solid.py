@@ -58,12 +58,7 @@ def seabed_depth_at(seabed: Seabed, position: Floats) -> Floats:
         seabed: The seabed.
         position: North and east [m], shape (..., 2).
     """
-    terrain = seabed.terrain
-    return (
-        np.full(position.shape[:-1], seabed.depth)
-        if terrain is None
-        else terrain.depth_at(position[..., 0], position[..., 1])
-    )
+    return seabed.depth_at(position[..., 0], position[..., 1])
 
 
 @lru_cache(maxsize=1024)

@@ -160,7 +160,8 @@ class Survey:
         if self.scenario.sonar.receiver.record == "elements":
             raise StoreError(
                 f"{self.name}: {name} holds beams, and this recording has elements. Write record: beams in the "
-                "scenario, or form beams of it first (insonify.processing.beam_recording)"
+                "scenario, form beams of it first (insonify.processing.beam_recording), or write its soundings: csv, "
+                "geojson, kmall or, as .tif, --as bathymetry"
             )
         self.require_one_platform(name)
 
