@@ -24,6 +24,8 @@ SUB_BOTTOM, PORT, STARBOARD = 0, 1, 2
 SLANT_RANGE, DEGREES, METRES = 1, 3, 0
 FALSE_EASTING = 500_000.0
 """Easting of a scene's east 0, as in UTM [m]: readers take the position 0, 0 for a missing one."""
+VERSION = b"223"
+"""Version from which readers take numbers of samples from channel headers; section 4.1."""
 MOST_CHANNELS = 60
 HALF_POWER = 0.886
 """Width of a uniform line's beam at half power re wavelength over length [rad]; Urick (1983), table 3.2."""
@@ -99,7 +101,7 @@ def _header(survey: Survey, kinds: NDArray[np.int64], dtype: str, note: str) -> 
     sonar, recording = survey.scenario.sonar, survey.recording
     head = np.zeros((), layouts.FILE)
     about: dict[str, Any] = {
-        "format": 123, "system": 1, "program": b"insonify", "version": b"1", "note": note.encode()[:63],
+        "format": 123, "system": 1, "program": b"insonify", "version": VERSION, "note": note.encode()[:63],
         "sonar": b"simulated", "name": Path(survey.name).name.encode("latin-1", "replace")[:63],
         "sonar_channels": len(kinds),
         "navigation_units": METRES if survey.frame.origin is None else DEGREES,

@@ -1,8 +1,11 @@
 """eXtended Triton Format (XTF): sidescan and sub-bottom channels with navigation and attitude.
 
-Triton Imaging (2016), XTF file format, rev. X41. The format has no checksum: a packet is taken where its samples and
-the next packet agree with its length. Port channels are stored from far to near, and are turned round on reading.
-Speeds are in knots; many programs write half the sound speed ("one way"), which is doubled.
+Triton Imaging (2016), XTF file format, rev. X41: section 2.3.1 (order of samples), tables C-I, P and S (fields; 0 where
+a program states no value), 4.1-4.3 (versions, padding, numbers of samples). The format has no checksum: a packet is
+taken where its samples and the next packet agree with its length. Port channels are stored from far to near, and are
+turned round on reading. Speeds are in knots; many programs write half the sound speed ("one way"), which is doubled.
+Samples of sub-bottom channels are signed where they are stated to be polar. Weights are those of EdgeTech's block
+floating point: a sample is its count over 2 to the power of the weight.
 """
 
 import re
@@ -40,12 +43,22 @@ _MAGIC = re.compile(rb"\xce\xfa")
 _HEADER, _CHANNELS_IN_HEADER, _MOST_CHANNELS = 1024, 6, 256
 _PADDING = 64  # packets are padded to a multiple of it
 _KNOT = 1852 / 3600
+_BUGGY_VERSIONS = range(303, 313)
+"""Versions of Isis that pad each channel to a multiple of 64 bytes; section 4.1."""
+_WEIGHTED = (24, 35, 38, 48)
+"""Types of sonars whose samples have a weight; table I."""
 _KINDS = {
-    0: "SONAR", 1: "NOTES", 2: "BATHY", 3: "ATTITUDE", 4: "FORWARD", 5: "ELAC", 6: "RAW_SERIAL", 8: "HIDDEN_SONAR",
-    14: "KLEIN_RAW_BATHY", 15: "HIGHSPEED_SENSOR", 17: "BATHY_XYZA", 18: "K5000_BATHY_IQ", 19: "BATHY_SNIPPET",
-    20: "GPS", 22: "SINGLE_BEAM", 23: "GYRO", 28: "Q_MULTIBEAM", 42: "NAVIGATION", 61: "RESON_7125",
-    62: "RESON_7125_SNIPPET", 65: "Q_R2SONIC_BATHY", 67: "R2SONIC_TRUEPIX", 68: "R2SONIC_BATHY", 73: "EDGETECH_4600",
-    78: "RESON_7018_WATERCOLUMN", 84: "SOURCETIME_GYRO", 107: "POS_RAW_NAVIGATION", 199: "CUSTOM",
+    0: "SONAR", 1: "NOTES", 2: "BATHY", 3: "ATTITUDE", 4: "FORWARD", 5: "ELAC", 6: "RAW_SERIAL", 7: "EMBED_HEAD",
+    8: "HIDDEN_SONAR", 9: "SEAVIEW_PROCESSED_BATHY", 10: "SEAVIEW_DEPTHS", 11: "RSVD_HIGHSPEED_SENSOR",
+    12: "ECHOSTRENGTH", 13: "GEOREC", 14: "KLEIN_RAW_BATHY", 15: "HIGHSPEED_SENSOR", 16: "ELAC_XSE", 17: "BATHY_XYZA",
+    18: "K5000_BATHY_IQ", 19: "BATHY_SNIPPET", 20: "GPS", 21: "STAT", 22: "SINGLE_BEAM", 23: "GYRO", 24: "TRACKPOINT",
+    25: "MULTIBEAM", 26: "Q_SINGLEBEAM", 27: "Q_MULTITX", 28: "Q_MULTIBEAM", 42: "NAVIGATION", 50: "TIME",
+    60: "BENTHOS_CAATI_SARA", 61: "RESON_7125", 62: "RESON_7125_SNIPPET", 65: "Q_R2SONIC_BATHY", 66: "Q_R2SONIC_FTS",
+    67: "R2SONIC_TRUEPIX", 68: "R2SONIC_BATHY", 69: "R2SONIC_FTS", 70: "CODA_ECHOSCOPE_DATA",
+    71: "CODA_ECHOSCOPE_CONFIG", 72: "CODA_ECHOSCOPE_IMAGE", 73: "EDGETECH_4600", 78: "RESON_7018_WATERCOLUMN",
+    84: "SOURCETIME_GYRO", 100: "POSITION", 102: "BATHY_PROC", 103: "ATTITUDE_PROC", 104: "SINGLEBEAM_PROC",
+    105: "AUX_PROC", 106: "KLEIN3000_DATA_PAGE", 107: "POS_RAW_NAVIGATION", 108: "KLEINV4_DATA_PAGE", 199: "CUSTOM",
+    200: "USERDEFINED",
 }  # fmt: skip
 _MAKERS = {
     "Klein": (5, 9, 14, 32, 57, 58, 60, 66), "EdgeTech": (7, 10, 23, 24, 35, 38, 43, 56), "CMAX": (36, 51),
@@ -53,27 +66,28 @@ _MAKERS = {
 }  # fmt: skip
 """Numbers of the types of sonars of each maker."""
 _SIDES = {0: "sub-bottom", 1: "port", 2: "starboard", 3: "bathymetry"}
-_PORT = 1
+_SUB_BOTTOM, _PORT = 0, 1
 _TYPES = {(1, 0): "u1", (2, 0): "<u2", (4, 0): "<u4", (4, 2): "<i4", (2, 3): "<u2", (4, 5): "<f4", (1, 8): "u1"}
 """Types of samples by their size and stated format."""
 _SINGLE = (
     Column("ping_number", "ping", "code", "number of the ping in the instrument"),
-    Column("altitude", "altitude", "m", "height of the sonar above the seabed"),
+    Column("altitude", "altitude", "m", "height of the sonar above the seabed", missing=0.0),
     Column("sensor_depth", "sensor_depth", "m", "depth of the sonar"),
     Column("speed", "speed", "m/s", "speed of the sonar", _KNOT),
     Column("heading", "heading", "rad", "heading of the sonar", DEGREE),
     Column("roll", "roll", "rad", "roll, positive starboard down", DEGREE),
     Column("pitch", "pitch", "rad", "pitch, positive bow up", DEGREE),
     Column("heave", "heave", "m", "heave, positive down", -1.0),
-    Column("layback", "layback", "m", "horizontal distance of the sonar behind the ship"),
+    Column("layback", "layback", "m", "horizontal distance of the sonar behind the position, 0 if it is the sonar's"),
 )
 _CHANNEL = (
     Column("slant_range", "slant_range", "m", "range of the last sample"),
     Column("time_delay", "time_delay", "s", "time of the first sample"),
-    Column("ping_interval", "ping_interval", "s", "time between pings as stated"),
+    Column("ping_interval", "ping_interval", "s", "time between pings as stated", missing=0.0),
     Column("gain_code", "gain", "code", "gain as the sonar codes it"),
     Column("initial_gain_code", "initial_gain", "code", "initial gain as the sonar codes it"),
     Column("processing", "processing", "code", "processing applied, 4 time-varying gain, 8 beam angle, 16 filter"),
+    Column("weight", "weight", "code", "weight of the samples as the sonar states it"),
     Column("sample_count", "samples", "code", "samples of the ping"),
 )
 _POSITION = (
@@ -86,8 +100,8 @@ _GRID_POSITION = (
 )
 _BEAM = (
     Column("travel_time", "travel_time", "s", "two-way travel time"),
-    Column("beam_angle", "beam_angle", "rad", "beam angle, signed as stated", DEGREE),
-    Column("tilt", "tilt", "rad", "steering of the transmitter along", DEGREE),
+    Column("beam_angle", "beam_angle", "rad", "beam angle, positive to starboard", DEGREE),
+    Column("tilt", "tilt", "rad", "steering of the transmitter, positive forward", DEGREE),
     Column("intensity", "intensity", "1", "intensity of the detection as stated"),
     Column("quality", "quality", "code", "quality of the detection as stated"),
 )
@@ -110,13 +124,15 @@ _FILE_SETTINGS = (
 _CHANNEL_SETTINGS = (
     Column("name", "name", "", ""),
     Column("side", "kind", "code", ""),
-    Column("frequency as stated", "frequency", "1", ""),
-    Column("volts at full scale", "volts", "V", ""),
+    Column("frequency as stated", "frequency", "1", "", missing=0.0),
+    Column("volts at full scale", "volts", "V", "", missing=0.0),
     Column("bytes of a sample", "sample_size", "code", ""),
     Column("correction", "correction", "code", ""),
     *(Column(axis, axis, "m", "") for axis in ("forward", "starboard", "down")),
     *(Column(angle.replace("_", " "), angle, "rad", "", DEGREE)
-      for angle in ("along_beam_width", "across_beam_width", "tilt", "yaw", "pitch", "roll")),
+      for angle in ("tilt", "yaw", "pitch", "roll")),
+    *(Column(width.replace("_", " "), width, "rad", "", DEGREE, 0.0)
+      for width in ("along_beam_width", "across_beam_width")),
 )  # fmt: skip
 
 
@@ -199,10 +215,21 @@ class XtfFile(InstrumentFile):
             if channel >= self._channels.size:
                 raise DatagramError(f"SONAR: channel {channel}, and the file has {self._channels.size}")
             channels.append((channel, at))
-            at += layouts.PING_CHANNEL.itemsize + int(header["samples"]) * int(self._channels["sample_size"][channel])
+            at += layouts.PING_CHANNEL.itemsize
+            length = self._sample_count(header, channel) * int(self._channels["sample_size"][channel])
+            at += -(-length // _PADDING) * _PADDING if self._is_padded else length
         if at > size:
             raise DatagramError(f"SONAR: samples are stated up to byte {at} of {size}")
         return channels, at
+
+    @cached_property
+    def _is_padded(self) -> bool:
+        version = text_of(self._head["version"])
+        return version.isdecimal() and int(version) in _BUGGY_VERSIONS
+
+    def _sample_count(self, header: Any, channel: int) -> int:
+        """Samples of a channel of a ping; files of before 1998 state them in the file header."""
+        return int(header["samples"] or self._channels["samples"][channel])
 
     @cached_property
     def instrument(self) -> Instrument:
@@ -224,7 +251,8 @@ class XtfFile(InstrumentFile):
         names: dict[str, int] = {}
         for number, side in sides.items():
             alone = list(sides.values()).count(side) == 1
-            name = side if alone else f"{side} {_hertz(self._channels['frequency'][number]) / 1e3:g} kHz"
+            frequency = _hertz(self._channels["frequency"][number]) / 1e3
+            name = side if alone or np.isnan(frequency) else f"{side} {frequency:g} kHz"
             names[name if name not in names else f"{name} {number}"] = number
         return names
 
@@ -236,7 +264,10 @@ class XtfFile(InstrumentFile):
         channel = self._names[group]
         about, parsed = self._channels[channel], list[Any]()
         requested = list(enumerate(self._pings[channel]))[pings]
-        if (kind := _TYPES.get((int(about["sample_size"]), int(about["sample_format"])))) is None:
+        kind = _TYPES.get((int(about["sample_size"]), int(about["sample_format"])))
+        if about["kind"] == _SUB_BOTTOM and about["unipolar"] == 0 and kind is not None:
+            kind = kind.replace("u", "i")  # an envelope has no sign, whatever a program states
+        if kind is None:
             self._omit(
                 0, f"{group}: samples of {about['sample_size']} bytes, format {about['sample_format']}, not read"
             )
@@ -244,17 +275,22 @@ class XtfFile(InstrumentFile):
         for number, (row, at) in requested:
             for _, content in self._parsed([row], lambda content: content):
                 header = records(content, layouts.PING_CHANNEL, at)[0]
-                count, start = int(header["samples"]), at + layouts.PING_CHANNEL.itemsize
+                count, start = self._sample_count(header, channel), at + layouts.PING_CHANNEL.itemsize
                 values = np.frombuffer(content, kind or "u1", count, start).astype(np.float32)
                 values = values[::-1] if about["kind"] == _PORT else values
+                if self._head["sonar_type"] in _WEIGHTED:
+                    with np.errstate(all="ignore"):  # a damaged number may be any
+                        values = np.ldexp(values, -int(header["weight"]))
                 parsed.append((number, row, records(content, layouts.PING, 0)[0], header, values))
         numbers, rows, heads, headers, samples = ([part[field] for part in parsed] for field in range(5))
         if parsed:
             require_memory(self.path, len(parsed), max(part.size for part in samples))
         columns = variables(heads, _SINGLE, ("ping",)) | variables(headers, _CHANNEL, ("ping",))
-        columns |= self._ping_settings(about, heads, headers)
+        columns |= self._ping_settings(channel, heads, headers)
         filled = stacked(samples) if parsed else np.empty((0, 0), np.float32)
-        columns["amplitude"] = variable(("ping", "sample"), filled, "1", "amplitude in counts as recorded, near to far")
+        columns["amplitude"] = variable(
+            ("ping", "sample"), filled, "1", "amplitude in counts, weight included, near to far"
+        )
         dataset = ping_dataset(group, numbers, self.datagrams.time[rows], columns)
         return dataset.assign_attrs(range="ground" if about["correction"] == 2 else "slant")
 
@@ -265,19 +301,21 @@ class XtfFile(InstrumentFile):
         heads = [head for _, (head, _) in parsed]
         columns = variables([beams for _, (_, beams) in parsed], _BEAM, ("ping", "beam"))
         columns |= variables(heads, _SINGLE, ("ping",))
-        speed = np.array([_two_way(float(head["sound_speed"])) for head in heads])
+        speed = np.array([_sound_speed(head) for head in heads])
         columns["sound_speed"] = variable(
             "ping", speed, "m/s", "sound speed, twice the stated one where that is one-way"
         )
         kept = [row for row, _ in parsed]
         return ping_dataset("soundings", np.searchsorted(rows, kept), self.datagrams.time[kept], columns)
 
-    def _ping_settings(self, about: Any, heads: list[Any], headers: list[Any]) -> dict[str, xr.Variable]:
+    def _ping_settings(self, channel: int, heads: list[Any], headers: list[Any]) -> dict[str, xr.Variable]:
         """Position, sound speed, frequency and sample interval of each ping."""
         settings = _without_zeros(variables(heads, self._position_columns, ("ping",)), self._position_columns)
-        speed = np.array([_two_way(float(head["sound_speed"])) for head in heads])
-        frequency = np.array([_hertz(header["frequency"] or about["frequency"]) for header in headers])
-        counts = np.array([max(int(header["samples"]), 1) for header in headers])
+        speed = np.array([_sound_speed(head) for head in heads])
+        frequency = np.array(
+            [_hertz(header["frequency"] or self._channels["frequency"][channel]) for header in headers]
+        )
+        counts = np.array([max(self._sample_count(header, channel), 1) for header in headers])
         with np.errstate(all="ignore"):
             duration = np.array([float(header["time_duration"]) for header in headers])
             ranges = np.array([float(header["slant_range"]) for header in headers])
@@ -341,6 +379,8 @@ def _packet_time(head: bytes, kind: str) -> float:
     if "epoch" in names and fields["epoch"]:
         return float(fields["epoch"]) + float(fields["microseconds"]) * 1e-6
     fractions = {"hundredths": 1e-2, "milliseconds": 1e-3, "tenths": 1e-4}
+    if kind == "NAVIGATION":  # those of an attitude belong to the epoch
+        fractions = {"microseconds": 1e-6}
     below = sum(float(fields[name]) * step for name, step in fractions.items() if name in names)
     year, month, day, hour, minute = (int(fields[name]) for name in ("year", "month", "day", "hour", "minute"))
     try:
@@ -361,10 +401,11 @@ def _without_zeros(variables_read: Mapping[Any, xr.Variable], columns: Sequence[
 
 
 def _hertz(frequency: float) -> float:
-    """Frequency [Hz] of a number that is kHz in most files, and Hz in some."""
-    return float(frequency) * (1e3 if frequency < 5000 else 1.0)
+    """Frequency [Hz] of a number that is kHz in most files, and Hz in some; NaN where it is 0."""
+    return float(frequency) * (1e3 if frequency < 5000 else 1.0) if frequency else np.nan
 
 
-def _two_way(speed: float) -> float:
-    """Sound speed [m/s] of a number that many programs halve."""
-    return 2 * speed if 0 < speed < 1000 else speed
+def _sound_speed(head: Any) -> float:
+    """Sound speed [m/s] of a ping header: stated, and doubled where it is one-way; else computed; else NaN."""
+    speed = float(head["sound_speed"]) or float(head["computed_sound_speed"])
+    return (2 * speed if 0 < speed < 1000 else speed) or np.nan
