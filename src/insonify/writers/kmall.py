@@ -154,12 +154,9 @@ def _runtime(survey: Survey) -> str:
 def _profile(survey: Survey) -> bytes:
     depth, speed = profile(survey)
     latitude, longitude, _ = survey.pose_on_earth
-    water = survey.scenario.water
     head = _record(layouts.PROFILE, count=depth.size, format=b"S00", seconds=int(survey.time[0]),
                    latitude=latitude[0], longitude=longitude[0])  # fmt: skip
-    points = _record(layouts.PROFILE_POINT, depth.size, depth=depth, sound_speed=speed, temperature=water.temperature,
-                     salinity=water.salinity)  # fmt: skip
-    return head + points
+    return head + _record(layouts.PROFILE_POINT, depth.size, depth=depth, sound_speed=speed)  # S00: the rest is 0
 
 
 def _position(survey: Survey, number: int) -> bytes:

@@ -2,8 +2,10 @@
 
 Kongsberg (2021), EM datagrams on *.kmall format, 410224 rev. I. A datagram opens and closes with its length; it has no
 checksum, so that a change of its content is noticed only where sizes contradict one another. Every part states its own
-size, by which fields of later versions are skipped. Axes and signs are those of this project, but for beam angles,
-which Kongsberg counts positive to port.
+size, by which fields of later versions are skipped; fields that an earlier version lacks are NaN. Values of a sensor
+whose status marks them as invalid, or whose contents lack them, are none. Values that are none, and versions before
+revision I, are those that the comments of `EMdgmFormat.h` state (Scommon, SVP, SVTinfo, MWCrxBeamData). Axes and signs
+are those of this project, but for beam angles, which Kongsberg counts positive to port.
 """
 
 import re
@@ -25,6 +27,7 @@ from insonify.formats.instruments.columns import (
     ragged,
     sample_levels,
     stacked,
+    text_of,
     time_dataset,
     variable,
     variables,
@@ -43,6 +46,9 @@ from insonify.formats.instruments.kongsberg_text import installation_settings, r
 _BODY = layouts.HEADER.itemsize + layouts.PARTITION.itemsize
 _CONTINUED = "+"  # after the kind of a datagram that continues another one
 _KIND = re.compile(rb"#[A-Z]{3}")
+_INVALID = 1 << 4  # of the status that all sensors have
+_SPEED_CONTENTS = ("sound_speed", "temperature", "pressure", "salinity")
+"""Values of a sound-speed probe, in the order of the bits that state which of them it has."""
 _KM = 1e-3  # from one in a kilometre to one in a metre
 _PING = (
     Column("ping_number", "ping", "code", "number of the ping in the instrument"),
@@ -429,6 +435,8 @@ def _water_column(content: bytes) -> _WaterColumn:
     if offset > len(content):
         raise DatagramError(f"samples are stated up to byte {offset} of {len(content)}")
     table = np.concatenate(beams) if beams else np.empty(0, layouts.WATER_BEAM)
+    if size < layouts.WATER_BEAM.itemsize:  # before version 2, without the finer range of the detection
+        table["detected_range"] = table["detected"]
     counts = table["sample_count"].tolist()
     level = ragged(content, "i1", starts, counts, 0.5)
     after = [start + count for start, count in zip(starts, counts, strict=True)]
@@ -447,24 +455,36 @@ def _text(content: bytes) -> str:
 
 def _position(content: bytes) -> NDArray[Any]:
     """Position of an #SPO or #CPO datagram, shape (1,)."""
-    _, offset = _part(content, layouts.SENSOR, layouts.HEADER.itemsize)
-    return records(content, layouts.POSITION, offset)
+    head, offset = _part(content, layouts.SENSOR, layouts.HEADER.itemsize)
+    position = records(content, layouts.POSITION, offset)
+    return _without(position, layouts.POSITION.names or ()) if head["status"] & _INVALID else position
+
+
+def _without(rows: NDArray[Any], names: Sequence[str]) -> NDArray[Any]:
+    """Copy of records in which some values are NaN, where they are floats."""
+    rows = rows.copy()
+    for name in names:
+        rows[name] = np.nan if rows[name].dtype.kind == "f" else rows[name]
+    return rows
 
 
 def _sensor(kind: str, part: np.dtype[Any], content: bytes) -> NDArray[Any]:
     """Readings in a datagram of another sensor, shape (n,)."""
     if kind == "#SVT":
         info, offset = _part(content, layouts.SPEED_INFO, layouts.HEADER.itemsize)
-        return records(content, part, offset, int(info["count"]), int(info["sample_size"]))
-    _, offset = _part(content, layouts.BODY if kind == "#CHE" else layouts.SENSOR, layouts.HEADER.itemsize)
+        speeds = records(content, part, offset, int(info["count"]), int(info["sample_size"]))
+        has = 0 if info["status"] & _INVALID else int(info["contents"]) or ~0  # some programs state no contents
+        return _without(speeds, [name for bit, name in enumerate(_SPEED_CONTENTS) if not has >> bit & 1])
+    head, offset = _part(content, layouts.BODY if kind == "#CHE" else layouts.SENSOR, layouts.HEADER.itemsize)
     if kind == "#SDE" and content[8] == 0:  # before revision I without the raw depth
-        row = np.zeros(1, part)
+        rows = np.zeros(1, part)
         older = records(content, layouts.DEPTH_EARLIER, offset)
         for name in older.dtype.names or ():
-            row[name] = older[name]
-        row["raw"] = np.nan
-        return row
-    return records(content, part, offset)
+            rows[name] = older[name]
+        rows["raw"] = np.nan
+    else:
+        rows = records(content, part, offset)
+    return _without(rows, part.names or ()) if kind != "#CHE" and head["status"] & _INVALID else rows
 
 
 def _attitude(content: bytes) -> NDArray[Any]:
@@ -476,10 +496,12 @@ def _attitude(content: bytes) -> NDArray[Any]:
 def _profile(content: bytes) -> xr.Dataset:
     """Sound-speed profile of an #SVP datagram."""
     head, offset = _part(content, layouts.PROFILE, layouts.HEADER.itemsize)
-    points = records(content, layouts.PROFILE_POINT, offset, int(head["count"]))
+    points = records(content, layouts.PROFILE_POINT, offset, int(head["count"])).copy()
+    for name in ("temperature", "salinity") if text_of(head["format"]) == "S00" else ():  # not from a CTD
+        points[name][points[name] == 0] = np.nan
     with np.errstate(invalid="ignore"):  # signalling NaN of a damaged file
         depth = variable("depth", points["depth"].astype(float), "m", "depth below the water line")
-    about = {"time": float(head["seconds"]), "time_units": TIME_UNIT}
+    about = {"time": float(head["seconds"]) or np.nan, "time_units": TIME_UNIT}
     about |= {name: float(head[name]) * DEGREE for name in ("latitude", "longitude") if abs(head[name]) <= 180}
     return xr.Dataset(along("depth", points, _PROFILE), {"depth": depth}, about)
 
