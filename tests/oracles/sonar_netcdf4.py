@@ -52,6 +52,16 @@ STANDARD_NAMES = {
     "latitude": "Platform latitude", "platform_longitude": "Platform longitude", "longitude": "Platform longitude",
     "altitude": "altitude", "speed_over_ground": "platform_speed_wrt_ground",
 }  # fmt: skip
+LONG_NAMES = {
+    "transducer_offset_x": "x-axis distance from the platform coordinate system origin to the sonar transducer",
+    "gyro_offset_y": "Distance from the platform coordinate system origin to the gyro sensor origin along the y-axis.",
+    "MRU_offset_z": "Distance along the z-axis from the platform coordinate system origin to the motion reference unit "
+                    "sensor origin",
+    "position_offset_x": "Distance along the x-axis from the platform coordinate system origin to the "
+                         "latitude/longitude sensor origin",
+    "platform_vertical_offset": "Platform vertical distance from reference point to the water line",
+    "transmit_source_level": "Transmit source level (re 1 \u03bcPa at 1 m)",
+}  # fmt: skip
 NOT_NEGATIVE = (
     "frequency", "absorption_indicative", "sound_speed_indicative", "sound_speed_at_transducer", "blanking_interval",
     "sample_interval", "transmit_duration_nominal", "receive_duration_effective", "transmit_frequency_start",
@@ -105,7 +115,7 @@ def _walk(group):
 def _attribute_faults(name, variable):
     """Units, names, limits of one variable, and values beyond its limits."""
     units = {one: unit for unit, names in UNITS.items() for one in names}
-    needed = {"units": units.get(name), "standard_name": STANDARD_NAMES.get(name)}
+    needed = {"units": units.get(name), "standard_name": STANDARD_NAMES.get(name), "long_name": LONG_NAMES.get(name)}
     found = [] if name.endswith("_ids") or getattr(variable, "long_name", "") else [f"{name} has no long_name"]
     found += [f"{name} has {key} {getattr(variable, key, None)}" for key, text in needed.items()
              if text is not None and getattr(variable, key, None) != text]  # fmt: skip

@@ -52,8 +52,14 @@ TURN, TILT, CIRCLE = (-180, 180), (-90, 90), (0, 360)
 SUBSTITUTE = {"substitute_value_used": np.int32(1)}
 """A nominal value, where none was measured or calibrated."""
 _AXES = {"phi": ("x", TURN), "theta": ("y", TILT), "psi": ("z", TURN)}
-_SENSORS = {"MRU": "motion reference unit sensor", "position": "latitude/longitude sensor", "gyro": "gyro sensor",
-            "transducer": "sonar transducer"}  # fmt: skip
+_OFFSETS = {
+    "MRU": "Distance along the {}-axis from the platform coordinate system origin to the motion reference unit sensor "
+           "origin",
+    "position": "Distance along the {}-axis from the platform coordinate system origin to the latitude/longitude "
+                "sensor origin",
+    "gyro": "Distance from the platform coordinate system origin to the gyro sensor origin along the {}-axis.",
+    "transducer": "{}-axis distance from the platform coordinate system origin to the sonar transducer",
+}  # fmt: skip
 
 ENVIRONMENT: Mapping[str, Attributes] = {
     "frequency": _about("Acoustic frequency", "Hz", "sound_frequency", least=0),
@@ -61,9 +67,8 @@ ENVIRONMENT: Mapping[str, Attributes] = {
     "sound_speed_indicative": _about("Indicative sound speed", "m/s", "speed_of_sound_in_sea_water", least=0),
 }
 PLATFORM: Mapping[str, Attributes] = {
-    **{f"{sensor}_offset_{axis}": _about(
-        f"Distance along the {axis}-axis from the platform coordinate system origin to the {name} origin", "m")
-       for sensor, name in _SENSORS.items() for axis in "xyz"},
+    **{f"{sensor}_offset_{axis}": _about(long_name.format(axis), "m")
+       for sensor, long_name in _OFFSETS.items() for axis in "xyz"},
     **{f"{sensor}_rotation_{axis}": _about(f"Extrinsic rotation about the {axis}-axis {between} coordinate systems",
                                            "arc_degree", limits=TURN)
        for sensor, between in (("MRU", "from the platform to MRU"), ("transducer", "from the transducer to reference"))
