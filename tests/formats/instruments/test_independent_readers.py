@@ -259,7 +259,7 @@ def test_readings_of_other_sensors():
     with opened("kmall") as file:
         found = file.sensors()
     for name, kind, source, values in (
-        ("clock", "kmall", "S_CLOCK", {"deviation": ("clock_dev_pu_microsec", 1e-9), "offset": ("offset_sec", 1)}),
+        ("clock", "kmall", "S_CLOCK", {"deviation": ("clock_dev_pu_microsec", 1e-6), "offset": ("offset_sec", 1)}),
         ("position error", "kmall", "S_POSITION_ERROR", {"latitude_error": ("latitude_error_m", 1),
          "major_axis": ("ellipse_semi_major_axis_error_m", 1), "height_error": ("height_error_m", 1)}),
         ("position at the water line", "kmall", "C_POSITION", {"latitude": ("corrected_lat_deg", DEGREE)}),

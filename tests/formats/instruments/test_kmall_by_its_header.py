@@ -141,6 +141,17 @@ def test_a_probe_states_the_values_that_it_has(tmp_path):
     assert np.isnan(found.salinity).all() and np.isnan(found.pressure).all() and float(found.time[0]) == TIME + 0.5
 
 
+def test_the_deviation_of_a_clock_is_in_microseconds(tmp_path):
+    """EMdgmSCL of revision I: clockDevPU_microsec; the numbers of an EM 2042, whose ZDA arrives 7.679 ms early."""
+    body = struct.pack("<4H", 8, 5, 1, 0) + struct.pack("<fi", 0.0, -7679) + b"$INZDA,110537.10,27,11,2025,,*76\r\n"
+    clock = struct.pack("<I4sBBHII", 24 + len(body), b"#SCL", 1, 0, 2042, 1_764_241_537, 92_320_437) + body
+    with opened(tmp_path, clock + struct.pack("<I", 24 + len(body))) as file:
+        found = file.sensors()["clock"]
+    text = 11 * 3600 + 5 * 60 + 37.10
+    assert float(found.deviation[0]) == approx(-7.679e-3)
+    assert float(found.deviation[0]) == pytest.approx(float(found.time[0]) % 86400 - text, abs=1e-6)
+
+
 def test_depths_that_a_sensor_marks_as_invalid_are_none(tmp_path):
     """EMdgmSDE, version 0: depth, offset, scale, latitude, longitude behind the status."""
     depth = struct.pack("<3fdd", 13.5, 0.0, 1.0, 59.0, -10.0) + bytes(32)

@@ -31,7 +31,7 @@ def test_kmall_sensors_are_those_written(opened):
     """Clock in nanoseconds, error ellipse, two readings of sound speed without pressure, depths of both versions."""
     found = opened.sensors()
     clock, error, speed = (found[name] for name in ("clock", "position error", "sound speed at the transducer"))
-    assert float(clock.offset[0]) == 0.5 and float(clock.deviation[0]) == pytest.approx(-8e-6)
+    assert float(clock.offset[0]) == 0.5 and float(clock.deviation[0]) == pytest.approx(-8e-3)
     assert float(error.orientation[0]) == pytest.approx(np.pi / 2) and float(error.height_error[0]) == pytest.approx(
         0.008
     )

@@ -168,7 +168,7 @@ _SENSORS = {
     "#CPO": ("position at the water line", layouts.POSITION, _POSITION),
     "#SCL": ("clock", layouts.CLOCK, (
         Column("offset", "offset", "s", "offset from the clock source"),
-        Column("deviation", "deviation", "s", "time of arrival less time in the clock source", 1e-9))),
+        Column("deviation", "deviation", "s", "time of arrival less time in the clock source", 1e-6))),
     "#SPE": ("position error", layouts.POSITION_ERROR, (
         Column("major_axis", "major_axis", "m", "standard deviation along the major axis of the error ellipse"),
         Column("minor_axis", "minor_axis", "m", "standard deviation along the minor axis of the error ellipse"),
