@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from insonify.annotations import CLASSES, merge_coco, write_coco
+from insonify.annotations import CLASSES, ClassNames, merge_coco, write_coco
 from insonify.annotations.annotation import GAP, about, annotations
 from insonify.annotations.run_length import compressed_run_lengths
 from insonify.formats.store_description import StoreError
@@ -103,6 +103,39 @@ def test_parts_merge_to_the_whole(tmp_path):
     other = write_coco([labelled_image(9, index=0, name="another")], tmp_path / "other")
     with pytest.raises(StoreError, match="image 0 is images/another"):
         merge_coco([tmp_path / "merged.json", other], tmp_path / "no.json")
+
+
+def test_classes_of_targets_are_those_of_their_highlights(tmp_path):
+    """Highlights have the class of their target, shadows and ghosts their own; others are not merged with them."""
+    names = ClassNames(
+        ("mine", "rock", "shadow", "ghost"), {"target 0": "rock", "target 1": "mine", "target 2": "rock"}
+    )
+    image = labelled_image(5, index=7, class_names=names)
+    file = write_coco([image], tmp_path)
+    truth = opened(file)
+    assert [entry["name"] for entry in truth.loadCats(truth.getCatIds())] == list(names.names)
+    for row, part in enumerate(CLASSES):
+        for number, target in enumerate(image.instance_names, start=1):
+            kind = names.names.index(names.of_label[target] if row == 0 else part) + 1
+            entries = truth.loadAnns(truth.getAnnIds(catIds=[kind]))
+            masks = [truth.annToMask(entry).astype(bool) for entry in entries if entry["target"] == target]
+            np.testing.assert_array_equal(np.any(masks, axis=0), image.layers[row] == number)
+    other = write_coco([labelled_image(9, index=1)], tmp_path / "other")
+    with pytest.raises(StoreError, match="its classes are not those"):
+        merge_coco([file, other], tmp_path / "no.json")
+
+
+def test_a_map_has_the_classes_of_targets():
+    """A cell of a label map has the number of its highlight's target, else of ghost or shadow."""
+    names = ClassNames(
+        ("mine", "rock", "shadow", "ghost"), {"target 0": "rock", "target 1": "mine", "target 2": "rock"}
+    )
+    image = labelled_image(5, class_names=names)
+    bare = labelled_image(5)
+    highlights = np.array([0, 2, 1, 2])[image.layers[0]]
+    np.testing.assert_array_equal(
+        image.classes, np.where(highlights > 0, highlights, np.array([0, 0, 3, 4])[bare.classes])
+    )
 
 
 def test_an_image_without_targets_is_valid(tmp_path):

@@ -1,5 +1,6 @@
 """Claims about exported folders of annotated images: whole or not there, and errors that give the fix."""
 
+import json
 import os
 
 import pytest
@@ -49,6 +50,15 @@ def test_a_folder_is_written_whole(folder, tmp_path, monkeypatch, capsys, words,
     assert made == files and os.listdir(tmp_path) == [words[0]]
 
 
+def test_highlights_have_the_class_of_their_target(folder, tmp_path, capsys):
+    """Shapes or labels stand in place of the highlight, in the file of classes and in the map."""
+    for classes, names in (("shapes", {"0": "background", "1": "box", "2": "shadow", "3": "ghost"}),
+                           ("parts", {"0": "background", "1": "highlight", "2": "shadow", "3": "ghost"})):  # fmt: skip
+        out = tmp_path / f"{classes}.maps"
+        assert export(capsys, folder / "a.zarr", out, "--classes", classes)[0] == 0
+        assert json.loads((out / "classes.json").read_text()) == names
+
+
 def test_tiles_are_files_of_their_own(folder, tmp_path, capsys):
     """Rows and columns of the tile are in its name."""
     assert export(capsys, folder / "a.zarr", tmp_path / "x.maps", "--tile", "512 x 256")[0] == 0
@@ -63,6 +73,8 @@ def test_tiles_are_files_of_their_own(folder, tmp_path, capsys):
         ("a.zarr", ("x.coco", "--projection", "polar"), "Choose one of slant, ground, mosaic"),
         ("a.zarr", ("x.coco", "--tile", "512"), "Write rows x columns"),
         ("a.zarr", ("x.coco", "--tile", "8x8"), "at least 16 x 16"),
+        ("a.zarr", ("x.coco", "--classes", "names"), "Choose one of parts, shapes, labels"),
+        ("a.zarr", ("x.xtf", "--classes", "shapes"), "only annotated images have classes"),
         ("a.zarr", ("x.xtf", "--tile", "64x64"), "only annotated images have a tile"),
         ("a.zarr", ("there.coco",), "a folder that is not there yet"),
         ("a.zarr", ("x.nc", "--as", "coco"), "coco is a format of .coco"),

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from insonify.annotations.labelled_image import CLASSES, STRENGTH, LabelledImage
+from insonify.annotations.class_names import CLASSES
+from insonify.annotations.labelled_image import STRENGTH, LabelledImage
 from insonify.units import intensity_ratio
 
 Mask = NDArray[np.bool_]

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from insonify.annotations.annotation import about, annotations
+from insonify.annotations.class_names import CLASSES
 from insonify.annotations.grey_picture import Span, write_grey
-from insonify.annotations.labelled_image import CLASSES, LabelledImage
+from insonify.annotations.labelled_image import LabelledImage
 from insonify.annotations.run_length import compressed_run_lengths
 from insonify.formats.store_description import StoreError
 
@@ -38,6 +39,7 @@ def write_coco(
     (folder / "images").mkdir(parents=True, exist_ok=True)
     content = empty_coco()
     for image in images:
+        content["categories"] = _categories(image.class_names.names)
         used = write_grey(image, folder / "images" / f"{image.name}.png", span)
         content["images"].append(_image_entry(image, used))
         content["annotations"].extend(_annotation_entries(image, least_area))
@@ -58,29 +60,40 @@ def merge_coco(files: Sequence[str | Path], path: str | Path) -> Path:
         StoreError: Two parts have different images of one number.
     """
     content, images = empty_coco(), dict[int, Any]()
+    categories = dict[str, Any]()
     annotated = dict[int, Any]()
     for name in files:
         part = json.loads(Path(name).read_text(encoding="utf-8"))
+        if part["images"] and categories.setdefault("categories", part["categories"]) != part["categories"]:
+            raise StoreError(f"{name}: its classes are not those of another part. Make all parts of one data set")
         for entry in part["images"]:
             known = images.setdefault(entry["id"], entry)
             if known != entry:
                 raise StoreError(f"{name}: image {entry['id']} is {entry['file_name']}, and {known['file_name']} in "
                                  "another part. Make all parts of one data set")  # fmt: skip
         annotated |= {entry["id"]: entry for entry in part["annotations"]}
+    content |= categories
     content["images"] = [images[number] for number in sorted(images)]
     content["annotations"] = [annotated[number] for number in sorted(annotated)]
     return _write(content, Path(path))
 
 
-def empty_coco() -> dict[str, Any]:
-    """Content of a file of annotations of no images."""
+def empty_coco(names: Sequence[str] = CLASSES) -> dict[str, Any]:
+    """Content of a file of annotations of no images.
+
+    Args:
+        names: Names of the classes.
+    """
     from importlib.metadata import version
 
-    categories = [{"id": number, "name": name, "supercategory": "target"} for number, name in enumerate(CLASSES, 1)]
     return {
         "info": {"description": "simulated sonar images", "version": f"insonify {version('insonify')}"},
-        "licenses": [], "categories": categories, "images": [], "annotations": [],
+        "licenses": [], "categories": _categories(names), "images": [], "annotations": [],
     }  # fmt: skip
+
+
+def _categories(names: Sequence[str]) -> list[dict[str, Any]]:
+    return [{"id": number, "name": name, "supercategory": "target"} for number, name in enumerate(names, 1)]
 
 
 def _write(content: dict[str, Any], path: Path) -> Path:
@@ -109,7 +122,8 @@ def _image_entry(image: LabelledImage, span: Span) -> dict[str, Any]:
 def _annotation_entries(image: LabelledImage, least_area: int) -> list[dict[str, Any]]:
     return [
         {
-            "id": annotation.number, "image_id": image.index, "category_id": annotation.kind, "iscrowd": 0,
+            "id": annotation.number, "image_id": image.index, "iscrowd": 0,
+            "category_id": image.class_number(annotation.kind - 1, annotation.instance),
             "bbox": [float(number) for number in annotation.box], "area": annotation.area,
             "segmentation": compressed_run_lengths(annotation.mask(image.image.shape)), **about(image, annotation),
         }

@@ -7,8 +7,9 @@ from typing import Literal
 
 import numpy as np
 
+from insonify.annotations.class_names import CLASSES
 from insonify.annotations.grey_picture import Span, write_grey, write_png
-from insonify.annotations.labelled_image import CLASSES, LabelledImage
+from insonify.annotations.labelled_image import LabelledImage
 from insonify.surveys.raster import write_bands
 
 FILE = "classes.json"
@@ -38,7 +39,9 @@ def write_label_maps(
     folder = Path(directory)
     for kind in (*MAPS, "names"):
         (folder / kind).mkdir(parents=True, exist_ok=True)
+    class_names = CLASSES
     for image in images:
+        class_names = image.class_names.names
         files = [folder / kind / f"{image.name}.{form}" for kind in MAPS]
         classes, instances = image.classes, image.instances.astype(np.uint16)
         if form == "tif":
@@ -54,5 +57,5 @@ def write_label_maps(
         names = json.dumps(dict(enumerate(image.instance_names, start=1)))
         (folder / "names" / f"{image.name}.json").write_text(names, encoding="utf-8")
     file = folder / FILE
-    file.write_text(json.dumps(dict(enumerate(("background", *CLASSES)))), encoding="utf-8")
+    file.write_text(json.dumps(dict(enumerate(("background", *class_names)))), encoding="utf-8")
     return file

@@ -7,11 +7,11 @@ from typing import Any, Literal, Self, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.annotations.class_names import CLASSES, ClassNames
+
 Floats = NDArray[np.float64]
 Levels = NDArray[np.float32]
 Projection = Literal["slant", "ground", "mosaic"]
-CLASSES = ("highlight", "shadow", "ghost")
-"""Classes of a cell; their numbers in label maps count from 1, in COCO from 1, in YOLO from 0."""
 STRENGTH = (0, 2, 1)
 """Rows of the classes from the one that a label map shows on top: a ghost over a shadow is what is received there."""
 NO_TARGET = -1
@@ -71,6 +71,8 @@ class LabelledImage:
     """Range, aspect and so on of the targets in the image, by instance."""
     conditions: Mapping[str, Any] = field(default_factory=dict)
     """Sediment, frequency, altitude and so on of the image."""
+    class_names: ClassNames = field(default_factory=ClassNames)
+    """Names of the classes, and the class of the highlight of each target."""
     crs: str = ""
     """Coordinate system of a mosaic, whose rows are northings and columns eastings; empty for none."""
 
@@ -92,9 +94,24 @@ class LabelledImage:
 
     @property
     def classes(self) -> NDArray[np.uint8]:
-        """Number of the strongest class of each cell, shape (r, c): 0 background, 1 highlight, 2 shadow, 3 ghost."""
+        """Number of the strongest class of each cell in `class_names`, from 1, shape (r, c); 0 for the background."""
         masks = [self.layers[row] != 0 for row in STRENGTH]
-        return np.select(masks, [row + 1 for row in STRENGTH]).astype(np.uint8)
+        return np.select(masks, [self._class_layer(row) for row in STRENGTH]).astype(np.uint8)
+
+    def class_number(self, row: int, instance: int) -> int:
+        """Number of the class of one layer of a target, from 1.
+
+        Args:
+            row: Row of the layer.
+            instance: Number of the target, from 1, or `NO_TARGET`.
+        """
+        return self.class_names.number(row, self.instance_names[instance - 1] if instance > 0 else "")
+
+    def _class_layer(self, row: int) -> NDArray[np.int64]:
+        """Number of the class of each cell of a layer, shape (r, c); 0 outside of the mask."""
+        instances, cells = np.unique(self.layers[row], return_inverse=True)
+        numbers = [self.class_number(row, instance) if instance else 0 for instance in instances.tolist()]
+        return np.array(numbers, np.int64)[cells.reshape(self.layers[row].shape)]
 
     @property
     def instances(self) -> NDArray[np.int32]:

@@ -7,6 +7,7 @@ from typing import get_args
 
 import xarray as xr
 
+from insonify.annotations.class_names import ClassNames, ClassScheme, classes_by_label, names_with
 from insonify.annotations.labelled_image import LabelledImage, Projection
 from insonify.annotations.labelled_pings import LabelledPings, labelled_pings
 from insonify.annotations.mosaic import labelled_mosaic
@@ -25,6 +26,7 @@ LEAST_TILE = 16
 def labelled_images(
     recording: Survey | xr.Dataset | str | Path, projection: Projection = "slant", tile: Tile | None = None, *,
     labels: xr.Dataset | None = None, gain: str = "tvg30", first_index: int = 0, name: str = "",
+    classes: ClassScheme = "parts",
 ) -> Iterator[LabelledImage]:  # fmt: skip
     """Labelled images of a recording, one at a time.
 
@@ -41,20 +43,36 @@ def labelled_images(
         gain: Gain of the levels: "none", or one of `insonify.processing.gain.LAWS`, with absorption.
         first_index: Number of the first image in its data set.
         name: Name of the files, without suffix; empty: that of the recording.
+        classes: Class of a highlight: "parts", highlight; "shapes", the shape of its target, of one of the library its
+            name; "labels", the label of its target.
 
     Yields:
         The images, by the number of the ping or tile.
 
     Raises:
-        StoreError: The recording has no labels, or the projection does not suit its sonar.
+        StoreError: The recording has no labels, the projection does not suit its sonar, or a class has two meanings.
     """
     if projection not in get_args(Projection):
         raise StoreError(f"{projection!r} is no projection. Choose one of {', '.join(get_args(Projection))}")
     if tile is not None and min(tile) < LEAST_TILE:
         raise StoreError(f"A tile of {tile[0]} x {tile[1]} is too small. Give at least {LEAST_TILE} x {LEAST_TILE}")
+    if classes not in get_args(ClassScheme):
+        raise StoreError(f"{classes!r} names no classes. Choose one of {', '.join(get_args(ClassScheme))}")
     source = labelled_pings(open_survey(recording), labels, gain)
-    whole = _whole_images(source, projection, tile)
+    class_names = _class_names(source, classes)
+    whole = (replace(image, class_names=class_names) for image in _whole_images(source, projection, tile))
     return _numbered(source, whole, tile, (first_index, name or Path(source.survey.name).stem))
+
+
+def _class_names(source: LabelledPings, classes: ClassScheme) -> ClassNames:
+    """Classes of the targets of a recording."""
+    if classes == "parts":
+        return ClassNames()
+    by_label = classes_by_label(source.survey.scenario, classes)
+    try:
+        return ClassNames(names_with(by_label.values()), by_label)
+    except ValueError as fault:
+        raise StoreError(f"{source.survey.name}: {fault}, or choose the classes parts") from None
 
 
 def _whole_images(source: LabelledPings, projection: Projection, tile: Tile | None) -> Iterator[LabelledImage]:

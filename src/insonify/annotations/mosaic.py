@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.annotations.labelled_image import CLASSES, ImageAxis, LabelledImage
+from insonify.annotations.class_names import CLASSES
+from insonify.annotations.labelled_image import ImageAxis, LabelledImage
 from insonify.annotations.labelled_pings import LabelledPings
 from insonify.surveys.mosaic import mosaic_lines, mosaic_raster
 from insonify.units import level_db

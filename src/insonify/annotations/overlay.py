@@ -9,8 +9,9 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from insonify.annotations.annotation import Annotation, annotations
+from insonify.annotations.class_names import CLASSES
 from insonify.annotations.grey_picture import greys, level_span
-from insonify.annotations.labelled_image import CLASSES, LabelledImage
+from insonify.annotations.labelled_image import LabelledImage
 from insonify.plotting import style
 from insonify.plotting.labels import KINDS
 from insonify.plotting.sector_image import beam_edges

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.annotations.labelled_image import CLASSES, ImageAxis, LabelledImage
+from insonify.annotations.class_names import CLASSES
+from insonify.annotations.labelled_image import ImageAxis, LabelledImage
 from insonify.annotations.labelled_pings import LabelledPings
 from insonify.annotations.main_lobes import beams_at_targets
 from insonify.simulator import Simulator, build_simulator

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from insonify.annotations.labelled_image import LabelledImage
-from insonify.scene.target import PointTarget, Target
+from insonify.scene.target import PointTarget, Target, shape_name
 from insonify.surveys.survey import Survey
 
 SLOPE_STEP = 0.5
@@ -53,7 +53,7 @@ def _view(survey: Survey, target: Target, number: int) -> dict[str, Any]:
     sine = float(to_target @ normal / (slant * np.linalg.norm(normal)))
     bearing = np.arctan2(-to_target[1], -to_target[0])
     return {
-        "shape": target.shape,
+        "shape": shape_name(target),
         "ping": int(survey.rows[number]),
         "slant_range_m": round(slant, 3),
         "ground_range_m": round(horizontal, 3),

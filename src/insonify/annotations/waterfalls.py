@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.annotations.labelled_image import CLASSES, ImageAxis, LabelledImage, Projection
+from insonify.annotations.class_names import CLASSES
+from insonify.annotations.labelled_image import ImageAxis, LabelledImage, Projection
 from insonify.annotations.labelled_pings import LabelledPings, PingSamples
 from insonify.surveys.ground_lines import ground_line, slant_ranges
 from insonify.surveys.survey import Survey

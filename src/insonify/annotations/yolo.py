@@ -1,13 +1,14 @@
 """YOLO: images, a text file of boxes or outlines of each, and data.yaml."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import yaml
 
 from insonify.annotations.annotation import annotations
+from insonify.annotations.class_names import CLASSES
 from insonify.annotations.grey_picture import Span, write_grey
-from insonify.annotations.labelled_image import CLASSES, LabelledImage
+from insonify.annotations.labelled_image import LabelledImage
 from insonify.annotations.outline import outline
 
 FILE = "data.yaml"
@@ -35,21 +36,28 @@ def write_yolo(
     folder = Path(directory)
     for kind in ("images", "labels"):
         (folder / kind / split).mkdir(parents=True, exist_ok=True)
+    names = CLASSES
     for image in images:
+        names = image.class_names.names
         write_grey(image, folder / "images" / split / f"{image.name}.png", span)
         text = "".join(f"{line}\n" for line in _lines(image, segments, least_area))
         (folder / "labels" / split / f"{image.name}.txt").write_text(text, encoding="utf-8")
-    return write_yolo_data(folder)
+    return write_yolo_data(folder, names)
 
 
-def write_yolo_data(directory: str | Path) -> Path:
-    """Write data.yaml of the splits that a folder has."""
+def write_yolo_data(directory: str | Path, names: Sequence[str]) -> Path:
+    """Write data.yaml of the splits that a folder has.
+
+    Args:
+        directory: Folder of the data set.
+        names: Names of the classes.
+    """
     folder = Path(directory)
     splits = sorted(entry.name for entry in (folder / "images").iterdir() if entry.is_dir())
     paths = {split: f"images/{split}" for split in splits}
     paths.setdefault("val", next(iter(paths.values())))  # both are required of every data set
     paths.setdefault("train", paths["val"])
-    content = {**paths, "names": dict(enumerate(CLASSES))}  # without `path` they are relative to the folder of the file
+    content = {**paths, "names": dict(enumerate(names))}  # without `path` they are relative to the folder of the file
     file = folder / FILE
     file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
     return file
@@ -65,5 +73,6 @@ def _lines(image: LabelledImage, segments: bool, least_area: int) -> list[str]:
         else:
             left, upper, width, height = annotation.box
             numbers = [(left + width / 2) / columns, (upper + height / 2) / rows, width / columns, height / rows]
-        lines.append(" ".join([str(annotation.kind - 1), *(f"{number:.8g}" for number in numbers)]))
+        number = image.class_number(annotation.kind - 1, annotation.instance)
+        lines.append(" ".join([str(number - 1), *(f"{number:.8g}" for number in numbers)]))
     return lines

@@ -32,6 +32,10 @@ def export(
     tile: Annotated[
         str | None, typer.Option(metavar="SIZE", help="Tiles of annotated images, rows x columns, such as 512x512.")
     ] = None,
+    classes: Annotated[
+        str | None,
+        typer.Option(metavar="NAMES", help="Classes of annotated images: parts, shapes or labels of targets."),
+    ] = None,
 ) -> None:
     """Write a recording in the format of another program: XTF, KMALL, GeoTIFF, CSV, GeoJSON, netCDF, HDF5, PNG.
 
@@ -46,7 +50,8 @@ def export(
     from insonify.writers.export import export as write
 
     start_drawing()
-    typer.echo(write(location(recording), file, form, projection=cast(Any, projection), tile=_tile(tile)))
+    options = {"projection": cast(Any, projection), "tile": _tile(tile), "classes": cast(Any, classes)}
+    typer.echo(write(location(recording), file, form, **options))
 
 
 def _tile(text: str | None) -> tuple[int, int] | None:

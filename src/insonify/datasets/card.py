@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from insonify.annotations import CLASSES
+from insonify.datasets.dataset_classes import dataset_class_names
 
 if TYPE_CHECKING:
     from insonify.datasets.dataset_file import DatasetFile
@@ -27,6 +27,7 @@ def card(file: DatasetFile, base: Scenario, notes: list[dict[str, Any]], fingerp
     """
     from importlib.metadata import version
 
+    classes = dataset_class_names(file, base)
     images = [image for note in notes for image in note["images"]]
     levels = np.array([image["level_db"] for image in images if image["level_db"]])
     return {
@@ -40,8 +41,8 @@ def card(file: DatasetFile, base: Scenario, notes: list[dict[str, Any]], fingerp
         "split": dict(Counter(note["split"] for note in notes)),
         "shapes": {f"{rows} x {columns}": count for (rows, columns), count in
                    sorted(Counter(tuple(image["shape"]) for image in images).items())},
-        "annotations": {name: sum(image["instances"][name] for image in images) for name in CLASSES},
-        "cells": {name: sum(image["cells"][name] for image in images) for name in CLASSES},
+        "annotations": {name: sum(image["instances"][name] for image in images) for name in classes},
+        "cells": {name: sum(image["cells"][name] for image in images) for name in classes},
         "level_db": {"mean": round(float(levels[:, 0].mean()), 3), "std": round(float(levels[:, 1].mean()), 3)},
         "varied": _varied([note["drawn"] for note in notes], file.model_dump(mode="json", exclude_none=True)["vary"]),
         "projection": file.dataset.projection,

@@ -134,8 +134,8 @@ def dataset(path: str | Path, *, part: Part | str = WHOLE, threads: int | None =
 
     Yields:
         For each image `image` and `expected`, its level and expected level with gain [dB], float32, shape (r, c);
-        `classes` uint8 (0 background, 1 highlight, 2 shadow, 3 ghost), `instances` int32 (number of the target, from 1)
-        of that shape; `targets`, their labels; `name`, `twin`, `drawn` and `scenario`.
+        `classes` uint8 (number of the class in `class_names`, from 1; 0 background), `instances` int32 (number of the
+        target, from 1) of that shape; `class_names`; `targets`, their labels; `name`, `twin`, `drawn`, `scenario`.
 
     In a training loop: `for item in insonify.dataset("dataset.yaml", part="1/4"): train(item["image"])`.
     """
@@ -157,6 +157,7 @@ def as_item(one: SceneImage) -> dict[str, Any]:
     image = one.labelled
     return {
         "image": image.image, "expected": image.expected, "classes": image.classes, "instances": image.instances,
+        "class_names": image.class_names.names,
         "targets": image.instance_names, "name": image.name, "twin": one.twin, "drawn": one.drawn,
         "scenario": one.scenario,
     }  # fmt: skip

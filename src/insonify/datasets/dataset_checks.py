@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from insonify.datasets.dataset_classes import dataset_class_names
 from insonify.datasets.dataset_file import DatasetFile
 from insonify.datasets.distributions import Draw
 from insonify.datasets.drawn_scene import SceneDraws, value_at
@@ -59,6 +60,10 @@ def dataset_faults(file: DatasetFile, base: Scenario, path: str | Path) -> list[
             faults.append(Diagnostic(str(path), source.line(("pairs",)), "pairs", problem, fix=fix))
     if faults:
         return faults
+    try:
+        dataset_class_names(file, base)
+    except ValueError as error:
+        return [Diagnostic(str(path), source.line(("dataset", "classes")), "dataset.classes", str(error))]
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)  # which come when the scene is simulated

@@ -1,12 +1,13 @@
 """The file that describes a data set: a scenario, what varies in it, and what is written."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self, get_args
 
 import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from insonify.annotations import Projection
+from insonify.annotations import ClassScheme, Projection
 from insonify.data_file import DataFile
 from insonify.datasets.distributions import Draw, SwathArea, in_si, swath_area
 from insonify.model import Decibels, Model, field_error, field_errors
@@ -34,6 +35,9 @@ class Settings(Model):
     """Axes of the images: slant range, ground range or mosaic."""
     tile: tuple[Annotated[int, Field(ge=16, le=8192)], Annotated[int, Field(ge=16, le=8192)]] | None = None
     """Rows and columns of the tiles that images are cut to; None: they are not cut."""
+    classes: ClassScheme = "parts"
+    """Class of a highlight: parts, highlight; shapes, the shape of its target, of one of the library its name; labels,
+    the label of its target, of clutter without its number. Shadows and ghosts have classes of their own in any case."""
     gain: str = "tvg30"
     """Gain of the images, see `insonify.processing.gain`; for spreading and absorption."""
     span: tuple[Level, Level] | None = None
@@ -91,6 +95,19 @@ class Clutter(Model):
     """Area over which they are spread uniformly."""
 
     @property
+    def label(self) -> str:
+        """Label of each thing, before its number."""
+        return (
+            typed_label({key: value for key, value in self.target.items() if key not in self._drawn_keys}) or "clutter"
+        )
+
+    @property
+    def shapes(self) -> list[str]:
+        """Names of the shapes that a thing can have, in the order of a distribution."""
+        drawn = self.draws.get("name") or self.draws.get("shape")
+        return [str(value) for value in drawn.extremes] if drawn is not None else [self.preset]
+
+    @property
     def draws(self) -> dict[str, Draw]:
         """Distributions among the keys of the target."""
         return {key: Draw.model_validate(value) for key, value in self._drawn_keys.items()}
@@ -134,9 +151,19 @@ class Clutter(Model):
 
     @property
     def preset(self) -> str:
-        """Name of the shape of the library; empty or unknown for others."""
-        shape = str(self.target.get("shape", ""))
-        return str(self.target.get("name", "")) if shape == "library" else shape
+        """Name of the shape, of one of the library its name there; empty where it is drawn."""
+        return typed_shape({key: value for key, value in self.target.items() if key not in self._drawn_keys})
+
+
+def typed_shape(target: Mapping[str, Any]) -> str:
+    """Name of the shape of a target as a file has it, of one of the library its name there; empty for none."""
+    shape = str(target.get("shape", ""))
+    return str(target.get("name", "")) if shape == "library" else shape
+
+
+def typed_label(target: Mapping[str, Any]) -> str:
+    """Label of a target as a file has it: without one, the name of its shape."""
+    return str(target.get("label", "")) or typed_shape(target)
 
 
 def _of_target(key: str, fault: ValidationError) -> PydanticCustomError:

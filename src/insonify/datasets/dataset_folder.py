@@ -22,9 +22,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.annotations import CLASSES, merge_coco, write_coco, write_label_maps, write_yolo
+from insonify.annotations import merge_coco, write_coco, write_label_maps, write_yolo
 from insonify.annotations.coco import empty_coco
 from insonify.annotations.yolo import write_yolo_data
+from insonify.datasets.dataset_classes import dataset_class_names
 from insonify.datasets.dataset_file import DatasetFile, Format
 from insonify.datasets.drawn_scene import uniforms
 from insonify.datasets.rendered_scene import SceneImage
@@ -164,13 +165,10 @@ class DatasetFolder:
         for name in self.file.write:
             (partial / name).mkdir(parents=True, exist_ok=True)
             self._write_format(name, labelled, partial, split)
-        classes = {name: int((labelled.layers[row] > 0).sum()) for row, name in enumerate(CLASSES)}
-        instances = {
-            name: len(np.unique(layer[layer > 0])) for name, layer in zip(CLASSES, labelled.layers, strict=True)
-        }
+        cells, instances = _counts(labelled)
         finite = labelled.image[np.isfinite(labelled.image)]
         return {
-            "name": labelled.name, "twin": one.twin, "shape": list(labelled.image.shape), "cells": classes,
+            "name": labelled.name, "twin": one.twin, "shape": list(labelled.image.shape), "cells": cells,
             "instances": instances, "targets": list(labelled.instance_names),
             "level_db": [round(float(np.mean(finite)), 3), round(float(np.std(finite)), 3)] if finite.size else None,
             "drawn": one.drawn,
@@ -224,18 +222,19 @@ class DatasetFolder:
             return False
         from insonify.datasets.card import card, card_text
 
+        classes = dataset_class_names(self.file, self.base)
         if "coco" in self.file.write:
             for split in self.file.dataset.split:
-                self._write_coco_list(split)
+                self._write_coco_list(split, classes)
         if "yolo" in self.file.write:
-            write_yolo_data(self.path / "yolo")
+            write_yolo_data(self.path / "yolo", classes)
         if "png" in self.file.write:
             for split in self.file.dataset.split:
                 names = {
                     image["name"]: image["targets"]
                     for note in self.notes() if note["split"] == split for image in note["images"]
                 }  # fmt: skip
-                content = {"classes": ["background", *CLASSES], "instances": names}
+                content = {"classes": ["background", *classes], "instances": names}
                 write_whole(self.path / "png" / split / "names.json", json.dumps(content))
         content = card(self.file, self.base, list(self.notes()), self.fingerprint)
         write_whole(self.path / "card.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
@@ -251,14 +250,26 @@ class DatasetFolder:
                 raise StoreError(f"{self.note(scene)}: the note is damaged. Delete it and give the same command again: "
                                  "its scene is made anew") from None  # fmt: skip
 
-    def _write_coco_list(self, split: str) -> None:
+    def _write_coco_list(self, split: str, classes: tuple[str, ...]) -> None:
         """Write the annotations of one part of the split."""
-        content = empty_coco()
+        content = empty_coco(classes)
         for note in self.notes():
             if note["split"] == split:
                 for kind in ("images", "annotations"):
                     content[kind].extend(note["coco"][kind])
         write_whole(self.path / "coco" / f"annotations_{split}.json", json.dumps(content, allow_nan=False))
+
+
+def _counts(image: LabelledImage) -> tuple[dict[str, int], dict[str, int]]:
+    """Cells and targets of each class of an image, by its name."""
+    names = image.class_names.names
+    cells, instances = dict.fromkeys(names, 0), dict.fromkeys(names, 0)
+    for row, layer in enumerate(image.layers):
+        for instance, count in zip(*np.unique(layer[layer > 0], return_counts=True), strict=True):
+            name = names[image.class_number(row, int(instance)) - 1]
+            cells[name] += int(count)
+            instances[name] += 1
+    return cells, instances
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -120,7 +120,7 @@ class SceneDraws:
             one = f"{name}.{n}"
             own = uniforms(self.file.dataset.seed, one, image)
             thing = {"heading": float(2 * np.pi * own[0])} | clutter.target
-            thing["label"] = f"{clutter.target.get('label', clutter.preset or 'clutter')} {n + 1}"
+            thing["label"] = f"{clutter.label} {n + 1}"
             if clutter.preset == "rock":
                 thing.setdefault("variant", int(own[1] * 2**31))
             for key, draw in clutter.draws.items():

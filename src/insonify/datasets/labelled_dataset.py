@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from insonify.annotations import CLASSES, LabelledImage
-
 if TYPE_CHECKING:
     import xarray as xr
+
+    from insonify.annotations import LabelledImage
 
 
 def labelled_dataset(image: LabelledImage) -> xr.Dataset:
@@ -15,7 +15,7 @@ def labelled_dataset(image: LabelledImage) -> xr.Dataset:
     import xarray as xr
 
     level = {"units": "dB re 1 uPa"}
-    names = dict(enumerate(("background", *CLASSES)))
+    names = dict(enumerate(("background", *image.class_names.names)))
     return xr.Dataset(
         {
             "image": (("row", "column"), image.image, level | {"long_name": "recorded level with gain"}),

@@ -11,6 +11,7 @@ import numpy as np
 
 from insonify import random_keys
 from insonify.annotations import LabelledImage, labelled_images
+from insonify.datasets.dataset_classes import scene_class_names
 from insonify.datasets.dataset_file import DatasetFile
 from insonify.datasets.drawn_scene import SceneDraws, twin
 from insonify.processing.speckle import speckle_intensity
@@ -57,7 +58,7 @@ def scene_images(file: DatasetFile, base: Scenario, number: int, threads: int | 
     """
     scenario, drawn = SceneDraws(file, base).scene(number)
     settings, first = file.dataset, number * IMAGES_PER_SCENE
-    expected = None
+    class_names, expected = scene_class_names(file, base, scenario, drawn), None
     for one in (THE_SCENE, *file.pairs):
         twin_scene = twin(scenario, one, len(base.targets))
         if one == "other_speckle" and expected is not None:
@@ -74,7 +75,7 @@ def scene_images(file: DatasetFile, base: Scenario, number: int, threads: int | 
             if image.index >= (number + 1) * IMAGES_PER_SCENE:
                 raise ValueError(f"scene {number} has more than {IMAGES_PER_SCENE} images; give fewer pings or larger "
                                  "tiles")  # fmt: skip
-            yield SceneImage(image, one, twin_scene, drawn)
+            yield SceneImage(replace(image, class_names=class_names), one, twin_scene, drawn)
             first = image.index + 1
 
 

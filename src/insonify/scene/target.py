@@ -267,6 +267,11 @@ Target = Annotated[
 ]
 
 
+def shape_name(target: Target) -> str:
+    """Shape of a target as a file names it: of a target of the library its name there."""
+    return target.name if isinstance(target, LibraryTarget) else target.shape
+
+
 def is_solid(target: Any) -> TypeGuard[Solid]:
     """Return True if a target is made of triangles: everything but points and upright boxes."""
     return isinstance(target, _Body) and not (isinstance(target, Box) and target.is_upright)

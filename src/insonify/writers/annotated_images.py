@@ -6,16 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from insonify.annotations import coco, label_maps, yolo
+from insonify.annotations.class_names import ClassScheme
 from insonify.annotations.labelled_image import Projection
 from insonify.annotations.labelled_images import Tile, labelled_images
 from insonify.surveys.survey import Survey
 
 
 def _write(
-    layout: Callable[..., Any], survey: Survey, path: Path, projection: Projection = "slant", tile: Tile | None = None
-) -> None:
+    layout: Callable[..., Any], survey: Survey, path: Path, projection: Projection = "slant", tile: Tile | None = None,
+    classes: ClassScheme = "parts",
+) -> None:  # fmt: skip
     """Write images of a survey with labels into a folder, on a grid and cut in tiles, in one layout."""
-    layout(labelled_images(survey, projection, tile), path)
+    layout(labelled_images(survey, projection, tile, classes=classes), path)
 
 
 write_coco = partial(_write, coco.write_coco)

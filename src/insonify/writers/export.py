@@ -16,6 +16,7 @@ from insonify.formats.store_description import StoreError, WriteError
 from insonify.surveys.survey import open_survey
 
 if TYPE_CHECKING:
+    from insonify.annotations.class_names import ClassScheme
     from insonify.annotations.labelled_image import Projection
     from insonify.annotations.labelled_images import Tile
 
@@ -73,7 +74,7 @@ FORMATS: dict[str, ExportFormat] = {
 
 def export(
     recording: xr.Dataset | str | Path, path: str | Path, name: str | None = None, *,
-    projection: "Projection | None" = None, tile: "Tile | None" = None,
+    projection: "Projection | None" = None, tile: "Tile | None" = None, classes: "ClassScheme | None" = None,
 ) -> Path:  # fmt: skip
     """Write a recording in the format of another program.
 
@@ -86,6 +87,7 @@ def export(
         name: One of `insonify.writers.export.FORMATS`; None: the first with that suffix.
         projection: Grid of annotated images: "slant" range, "ground" range or "mosaic"; None: slant range.
         tile: Rows and columns of a tile of annotated images; None: not cut.
+        classes: Classes of annotated images: "parts", or "shapes" or "labels" of targets; None: parts.
 
     Returns:
         The path.
@@ -107,16 +109,18 @@ def export(
     if target.is_dir() or (chosen.is_folder and target.exists()):
         other = "of a folder that is not there yet" if chosen.is_folder else "of a file"
         raise StoreError(f"{target} {'is a folder' if target.is_dir() else 'is there'}. Choose the name {other}")
-    cut = {key: value for key, value in (("projection", projection), ("tile", tile)) if value is not None}
-    if cut and not chosen.is_folder:
+    options = {"projection": projection, "tile": tile, "classes": classes}
+    given = {key: value for key, value in options.items() if value is not None}
+    if given and not chosen.is_folder:
         folders = ", ".join(known for known, about in FORMATS.items() if about.is_folder)
-        raise StoreError(f"{target}: only annotated images have a {' and a '.join(cut)}. Leave it out, or write one of "
+        named = " and ".join(key if key == "classes" else f"a {key}" for key in given)
+        raise StoreError(f"{target}: only annotated images have {named}. Leave it out, or write one of "
                          f"{folders}")  # fmt: skip
     module, function = chosen.writer.split(".")
     survey = open_survey(recording)
     partial = target.with_name(f".{target.stem[:20]}.{uuid.uuid4().hex}.partial{target.suffix}")
     try:
-        getattr(import_module(f"insonify.writers.{module}"), function)(survey, partial, **cut)
+        getattr(import_module(f"insonify.writers.{module}"), function)(survey, partial, **given)
         os.replace(partial, target)
     except OSError as fault:
         if fault.errno in UNWRITABLE and str(fault.filename) in (str(partial), str(target)):

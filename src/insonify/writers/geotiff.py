@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.annotations.labelled_image import CLASSES
+from insonify.annotations.class_names import CLASSES
 from insonify.annotations.labelled_pings import gain_ratio, labelled_pings
 from insonify.annotations.mosaic import labelled_mosaic
 from insonify.annotations.waterfalls import channels_of_sides
