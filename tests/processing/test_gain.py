@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from insonify.plotting.sidescan import NAMES
 from insonify.processing import along_track_gain_db, empirical_gain_db, lambert_gain_db, sidescan, tvg_db
 from insonify.simulator import simulate
 from oracles.scenes import nominal
@@ -23,12 +24,17 @@ def test_a_level_lambert_bed_is_flat_under_its_gain():
         field="incoherent", sonar={"sides": ["port", "starboard"]}, track={"window": (0.0, 0.21)},
         paths={"max_reflections": 0, "contributions": ["seabed"]},
     )  # fmt: skip
-    water = float(scenario.water.absorption(100e3))
-    image = sidescan(simulate(scenario), gain="lambert", absorption_db_per_m=water, altitude=9.0)
+    water, recording = float(scenario.water.absorption(100e3)), simulate(scenario)
+    image = sidescan(recording, gain="lambert", absorption_db_per_m=water, altitude=9.0)
     level, across = image.level_db.values[0], image.across.values
     for side in (-1, 1):
         seen = level[(across * side > 20) & (across * side < 150)]
         assert np.abs(seen - seen.mean()).max() < 0.5
+    # a colour bar states a reference only for values about 0 dB on this bed
+    for gain, name in NAMES.items():
+        level = sidescan(recording, gain=gain, absorption_db_per_m=water, altitude=9.0).level_db.values[0]
+        median = np.median(level[(np.abs(across) > 20) & (np.abs(across) < 150)])
+        assert name.startswith("level re ") == (abs(median) < 3)
 
 
 def test_an_empirical_gain_makes_the_median_flat():

@@ -119,7 +119,8 @@ def show(
         typer.Option(
             metavar="GAIN",
             help="Of many pings: none, tvg20, tvg30, tvg40, lambert (a level bed is uniform) "
-            "or empirical (the usual level at each range is uniform).",
+            "or empirical (the usual level at each range is uniform). [default: empirical, of fewer than 16 pings "
+            "lambert; of one side in slant range none]",
         ),
     ] = None,
     labels: Annotated[

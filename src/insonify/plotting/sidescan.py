@@ -24,7 +24,7 @@ NAMES = {
     "tvg20": "level + 20 log R + 2 a R [dB]",
     "tvg30": "level + 30 log R + 2 a R [dB]",
     "tvg40": "level + 40 log R + 2 a R [dB]",
-    "lambert": "level re a flat Lambert bed [dB]",
+    "lambert": "level + gain for a flat Lambert bed [dB]",
     "empirical": "level re the median at its range [dB]",
 }
 """Label of the colour bar for each gain."""

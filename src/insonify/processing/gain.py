@@ -33,6 +33,7 @@ def lambert_gain_db(slant_range: Floats, altitude: Floats, *, absorption_db_per_
 
     Returns:
         Gain [dB], shape (..., samples); in the water column, before the first bottom return, that of the first return.
+        With it, a level [dB re 1 uPa] is that of source level, strength of the bed and its area per metre of range.
 
     Source: Lambert's law as in Urick (1983), ch. 8, and the area of a range cell on a plane.
     """
