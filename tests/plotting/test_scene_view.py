@@ -73,9 +73,9 @@ def test_the_section_shows_targets_at_their_distance_from_the_track():
     """The crate stands 20 m to starboard from 11 to 12 m of depth; the point 15 m to port, 9 m deep."""
     axes = style.new_figure().add_subplot()
     section(axes, sidescan())
-    (crate,) = (patch for patch in axes.patches if patch.get_height() == pytest.approx(1.0))
-    assert crate.get_x() + crate.get_width() / 2 == pytest.approx(20, abs=0.1)
-    assert crate.get_y() == pytest.approx(11.0)
+    (crate,) = (patch.get_path().get_extents() for patch in axes.patches)
+    assert crate.height == pytest.approx(1.0) and (crate.x0 + crate.x1) / 2 == pytest.approx(20, abs=0.1)
+    assert crate.y0 == pytest.approx(11.0)
     (mark,) = (line for line in axes.lines if line.get_marker() == "+")
     assert (mark.get_xdata()[0], mark.get_ydata()[0]) == pytest.approx((-15, 9), abs=0.1)
     low, high = axes.get_ylim()

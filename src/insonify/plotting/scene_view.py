@@ -4,8 +4,10 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap
-from matplotlib.patches import Rectangle
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 
 from insonify.plotting import style
@@ -13,7 +15,9 @@ from insonify.plotting.seabed_map import draw_seabed_map, frame, middle_bearing
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.track_errors import seabed_depth_span
 from insonify.scene.solid import seabed_depth_at, world_triangles
+from insonify.scene.solid_section import cut_segments
 from insonify.scene.target import PointTarget
+from insonify.scene.triangle_surfaces import Triangles
 from insonify.sonar.beam import beams
 from insonify.sonar.sonar import Sonar, array_position, array_rotation
 from insonify.sonar.track import Poses, true_poses
@@ -108,26 +112,36 @@ def _ground(axes: Axes, scenario: Scenario, position: Floats, bearing: float, si
                       linewidth=0)  # fmt: skip
 
 
-def _cut_along(corners: Floats, origin: Floats, bearing: float) -> tuple[Floats, Floats] | None:
-    """Least and greatest distance and depth of the section of triangles in a vertical plane [m]; None if it is empty.
+def _cut_along(surface: Triangles, origin: Floats, bearing: float) -> Floats:
+    """Outline of the section of triangles in a vertical plane: ends of its segments, shape (segments, 2, 2) [m].
+
+    The last axis has distance and depth. All segments go the same way about the solid, seen from starboard of the
+    bearing.
 
     Args:
-        corners: Corners of the triangles [m], shape (t, 3, 3).
+        surface: The triangles.
         origin: North and east of the start of the plane [m], shape (2,).
-        bearing: Bearing of the plane [rad]; points behind the origin are left out.
+        bearing: Bearing of the plane [rad]; what is behind the origin is left out.
     """
     ahead, aside = np.array([np.cos(bearing), np.sin(bearing)]), np.array([-np.sin(bearing), np.cos(bearing)])
-    crossings = []
-    for side in range(3):
-        a, b = corners[:, side], corners[:, (side + 1) % 3]
-        off_a, off_b = (a[:, :2] - origin) @ aside, (b[:, :2] - origin) @ aside
-        crosses = (off_a >= 0) != (off_b >= 0)
-        part = (off_a[crosses] / (off_a[crosses] - off_b[crosses]))[:, None]
-        position = a[crosses] + part * (b[crosses] - a[crosses])
-        crossings.append(np.column_stack([(position[:, :2] - origin) @ ahead, position[:, 2]]))
-    points = np.concatenate(crossings)
-    points = points[points[:, 0] > 0]
-    return (points.min(axis=0), points.max(axis=0)) if len(points) else None
+    starts, ends, normal = cut_segments(surface, (np.asarray(surface.corners, float)[..., :2] - origin) @ aside)
+    start, end = (np.column_stack([(point[:, :2] - origin) @ ahead, point[:, 2]]) for point in (starts, ends))
+    step = end - start
+    against = step[:, 0] * normal[:, 2] > step[:, 1] * (normal[:, :2] @ ahead)
+    start, step = np.where(against[:, None], end, start), np.where(against[:, None], -step, step)
+    at_origin = np.divide(-start[:, 0], step[:, 0], out=np.where(start[:, 0] > 0, 0.0, 1.0), where=step[:, 0] != 0)
+    at_origin, forward = np.clip(at_origin, 0, 1), step[:, 0] >= 0
+    part = np.stack([np.where(forward, at_origin, 0.0), np.where(forward, 1.0, at_origin)], axis=1)
+    kept = part[:, 0] < part[:, 1]
+    return np.asarray(start[kept, None] + part[kept, :, None] * step[kept, None])
+
+
+def _draw_section(axes: Axes, outline: Floats, colour: str) -> None:
+    """Fill an outline as from `_cut_along`: the strips between its segments and its top add up to what is inside."""
+    top = np.stack([outline[:, ::-1, 0], np.full(outline.shape[:2], outline[..., 1].min())], axis=-1)
+    strips = Outline.make_compound_path_from_polys(np.concatenate([outline, top], axis=1))
+    axes.add_patch(PathPatch(strips, facecolor=colour, linewidth=0, zorder=4))
+    axes.add_collection(LineCollection(list(outline), colors=colour, linewidths=1, zorder=4), autolim=False)
 
 
 def _targets(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, far: float) -> None:
@@ -136,29 +150,34 @@ def _targets(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: in
     bearing = np.array([middle_bearing(side, track, int(ping)) for ping in pings])
     positions = track.position[pings, :2]
     spacing = float(np.max(np.linalg.norm(np.diff(positions, axis=0), axis=1), initial=0.0))
+    colour, towards = style.CONTRIBUTION_COLOURS["target"], np.array([sign, 1.0])
     for target in scenario.targets:
-        if isinstance(target, PointTarget):
+        surface = None if isinstance(target, PointTarget) else world_triangles(target, scenario.completed_seabed)
+        if surface is None:
             low = high = np.asarray(target.position, float)
         else:
-            surface = world_triangles(target, scenario.completed_seabed)
             low, high = np.asarray(surface.low), np.asarray(surface.high)
         offset, half = (low + high)[:2] / 2 - positions, float(np.max((high - low)[:2])) / 2
         along = offset[:, 0] * np.cos(bearing) + offset[:, 1] * np.sin(bearing)
-        aside = np.abs(offset[:, 1] * np.cos(bearing) - offset[:, 0] * np.sin(bearing))
-        aside[(along <= 0) | (along > far)] = np.inf
-        nearest = int(np.argmin(aside))
-        if aside[nearest] <= half + spacing + BESIDE * along[nearest]:
-            middle, colour = sign * along[nearest], style.CONTRIBUTION_COLOURS["target"]
-            if not isinstance(target, PointTarget):
-                cut = _cut_along(world_triangles(target, scenario.completed_seabed).corners, positions[nearest],
-                                 float(bearing[nearest]))  # fmt: skip
-                if cut is not None:
-                    (near, top), (beyond, base) = cut
-                    middle, half = sign * (near + beyond) / 2, (beyond - near) / 2
-                    low, high = np.array([0, 0, top]), np.array([0, 0, base])
-            if high[2] > low[2]:
-                axes.add_patch(Rectangle((middle - half, low[2]), 2 * half, high[2] - low[2], color=colour, zorder=4))
-            else:
-                axes.plot([middle], [low[2]], "+", color=colour, markersize=9, zorder=4)
-            axes.annotate(target.label, (middle, low[2]), xytext=(0, 4), textcoords="offset points", ha="center",
-                          fontsize=8, zorder=6)  # fmt: skip
+        aside = offset[:, 1] * np.cos(bearing) - offset[:, 0] * np.sin(bearing)
+        distance = np.where((along <= 0) | (along > far), np.inf, np.abs(aside))
+        nearest = int(np.argmin(distance))
+        if distance[nearest] > half + spacing + BESIDE * along[nearest]:
+            continue
+        middle, top = sign * along[nearest], low[2]
+        outline = np.empty((0, 2, 2))
+        if surface is not None:
+            direction = float(bearing[nearest])
+            outline = _cut_along(surface, positions[nearest], direction)
+            if not len(outline):  # between the planes of two pings, or beside them all: the section through its middle
+                beside = aside[nearest] * np.array([-np.sin(direction), np.cos(direction)])
+                outline = _cut_along(surface, positions[nearest] + beside, direction)
+        if len(outline):
+            outline = outline * towards
+            _draw_section(axes, outline, colour)
+            top = outline[..., 1].min()
+            middle = (outline[..., 0].min() + outline[..., 0].max()) / 2
+        else:
+            axes.plot([middle], [top], "+", color=colour, markersize=9, zorder=4)
+        axes.annotate(target.label, (middle, top), xytext=(0, 4), textcoords="offset points", ha="center",
+                      fontsize=8, zorder=6)  # fmt: skip

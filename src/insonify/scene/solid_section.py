@@ -46,7 +46,7 @@ def solid_section(
     across = np.array([-np.sin(bearing), np.cos(bearing), 0.0])
     surface = world_triangles(solid, seabed)
     distance = np.asarray(surface.corners, float) @ across - float(np.asarray(sonar_position, float)[:2] @ across[:2])
-    starts, ends, normal = _segments(surface, distance)
+    starts, ends, normal = cut_segments(surface, distance)
     length = np.linalg.norm(ends - starts, axis=1)
     count = np.maximum(np.ceil(length / pitch), 1).astype(int)
     row = np.repeat(np.arange(len(length)), count)
@@ -68,7 +68,7 @@ def solid_section(
     return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]) - STANDING)
 
 
-def _segments(surface: Triangles, distance: Floats) -> tuple[Floats, Floats, Floats]:
+def cut_segments(surface: Triangles, distance: Floats) -> tuple[Floats, Floats, Floats]:
     """Both ends of the segments in which a plane cuts triangles [m], and the triangles' unit normals, each (s, 3).
 
     Args:
