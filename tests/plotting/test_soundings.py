@@ -131,3 +131,25 @@ def test_a_swath_of_targets_alone_has_no_errors_to_draw():
 def test_a_ping_has_its_number_not_its_row():
     """Of a recording that begins with ping 20, the ping in the first row is ping 20."""
     assert f"Ping 20: {BEAMS} beams" in panels(soundings_view(soundings(first=20), "swath"))
+
+
+@pytest.mark.parametrize(("spacing", "pings"), [(5.0, 9), (1.3, 9), (0.25, 4), (1.0, 1)])
+def test_rounding_of_a_track_leaves_no_strip_of_a_map_empty(spacing, pings):
+    """Positions a nanometre off: each row of the map has soundings, the first and the last as well."""
+    found = soundings(pings=pings)
+    noise = np.random.default_rng(1).normal(scale=1e-9, size=found.depth.shape)
+    figure = soundings_view(replace(found, along=np.arange(pings)[:, None] * spacing + noise), "swath")
+    (image,) = panels(figure)["Depth sounded"].images
+    unknown = np.all(np.isclose(image.get_array()[..., :3], 0x30 / 255), axis=-1)
+    assert (~unknown).mean(axis=1).min() == (~unknown).mean(axis=1).max()
+
+
+@pytest.mark.parametrize("spacing", [1.3, 5.0])
+def test_two_maps_take_most_of_their_part_of_the_figure(spacing):
+    """A short track and a long one: the maps, drawn to scale, fill more than a third of the figure's lower part."""
+    found = soundings()
+    figure = soundings_view(replace(found, along=found.along * spacing), "swath")
+    figure.draw_without_rendering()
+    maps = [panels(figure)[title].get_window_extent() for title in ("Depth sounded", "True depth")]
+    lower = maps[0].y1 / figure.bbox.height
+    assert sum(one.width * one.height for one in maps) > lower * figure.bbox.width * figure.bbox.height / 3

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LightSource, LinearSegmentedColormap, Normalize, to_rgba
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from numpy.typing import NDArray
 
 from insonify.plotting import style
@@ -24,6 +24,10 @@ LEAST = 0.1
 """Least limit of the axis of errors [cm]."""
 LIT = 3.0
 """Vertical exaggeration of the relief shading [1]."""
+PING, MAPS = 5.6, 8.4
+"""Height of the panel of one ping, and width of both maps side by side [inch]."""
+WIDE = 0.4
+"""Length over width of a map below which the two maps lie above each other [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,25 +74,29 @@ def depth_span(depth: Floats) -> tuple[float, float]:
 
 def soundings_view(soundings: SwathSoundings, title: str) -> Figure:
     """Draw the swath of a multibeam."""
-    figure = style.new_figure(14, 11)
+    cells = _cell_edges(soundings)
+    shape = float(np.ptp(cells[0]) / np.ptp(cells[1]))
+    down = 2 if shape < WIDE else 1  # maps of a short track lie above each other
+    height = float(np.clip(MAPS * shape * down**2 / 2, 3.0, 9.0)) + 0.7 * down
+    figure = style.new_figure(14, PING + height)
     figure.suptitle(title, fontweight="bold", fontsize=11)
-    panels = figure.subplot_mosaic([["ping", "ping", "ping"], ["depth", "truth", "error"]], height_ratios=(1, 1.15),
-                                   width_ratios=(1, 1, 0.75))  # fmt: skip
-    _ping(figure, panels["ping"], soundings)
+    above, below = figure.subfigures(2, 1, height_ratios=(PING, height), squeeze=False)[:, 0]
+    _ping(above, above.subplots(), soundings)
+    left, right = below.subfigures(1, 2, width_ratios=(MAPS + 1.4, 14 - MAPS - 1.4), squeeze=False)[0]
+    maps = left.subplots(down, 3 - down, sharex=True, sharey=True).ravel()
+    left.supylabel("along the track, from the first ping [m]", fontsize=10)
     span = depth_span(soundings.truth)
-    for name, values, caption in (
-        ("depth", soundings.depth, "Depth sounded"),
-        ("truth", soundings.truth, "True depth"),
-    ):
-        mesh = _map(panels[name], soundings, values, span)
-        panels[name].set_title(caption)
-    panels["truth"].set_ylabel("")
-    figure.colorbar(mesh, ax=[panels["depth"], panels["truth"]], label="depth [m]", pad=0.01).ax.invert_yaxis()
-    _errors(panels["error"], soundings)
+    for axes, values, caption in zip(maps, (soundings.depth, soundings.truth), ("Depth sounded", "True depth"),
+                                     strict=True):  # fmt: skip
+        mesh = _map(axes, soundings, values, span, cells)
+        axes.set_title(caption)
+        axes.label_outer()
+    left.colorbar(mesh, ax=maps.tolist(), label="depth [m]", pad=0.01).ax.invert_yaxis()
+    _errors(right.subplots(), soundings)
     return figure
 
 
-def _ping(figure: Figure, axes: Axes, soundings: SwathSoundings) -> None:
+def _ping(figure: FigureBase, axes: Axes, soundings: SwathSoundings) -> None:
     step = max(1, len(soundings.slant) // CELLS)
     samples = len(soundings.slant) // step * step
     power = 10 ** (soundings.level[:, :samples] / 10)
@@ -117,28 +125,43 @@ def _ping(figure: Figure, axes: Axes, soundings: SwathSoundings) -> None:
     figure.colorbar(mesh, ax=axes, label="level [dB re 1 uPa]", pad=0.01)
 
 
-def _map(axes: Axes, soundings: SwathSoundings, values: Floats, span: tuple[float, float]) -> ScalarMappable:
+def _cell_edges(soundings: SwathSoundings) -> tuple[Floats, Floats]:
+    """Edges of the cells of a map along and across the track [m]; the first and last ping lie inside of theirs."""
+    edge, ends = float(np.nanquantile(np.abs(soundings.across), 0.97)), np.nanquantile(soundings.along, [0.002, 0.998])
+    spacing = max(float(np.ptp(ends)) / max(soundings.depth.shape[0] - 1, 1), CELL)
+    length = float(np.ptp(ends)) + spacing
+    rows = max(1, int(length / (1.25 * spacing)))  # none without a ping
+    along = np.linspace(ends[0] - spacing / 2, ends[1] + spacing / 2, rows + 1)
+    return along, np.linspace(-edge, edge, max(1, int(2 * edge / CELL)) + 1)
+
+
+def _map(
+    axes: Axes, soundings: SwathSoundings, values: Floats, span: tuple[float, float], cells: tuple[Floats, Floats]
+) -> ScalarMappable:
     """Draw depths in cells with relief shading."""
     from scipy.stats import binned_statistic_2d
 
-    edge, ends = float(np.nanquantile(np.abs(soundings.across), 0.97)), np.nanquantile(soundings.along, [0.002, 0.998])
-    step = max(1.25 * float(np.ptp(ends)) / max(soundings.depth.shape[0] - 1, 1), CELL)  # none without a ping
-    rows, columns = np.arange(ends[0] - step, ends[1] + 2 * step, step), np.arange(-edge, edge + CELL, CELL)
+    rows, columns = cells
     finite = np.isfinite(values) & np.isfinite(soundings.across)
     position = soundings.along[finite], soundings.across[finite], values[finite]
-    depth = binned_statistic_2d(*position, "median", [rows, columns]).statistic
+    depth = binned_statistic_2d(*position, "median", list(cells)).statistic
+    depth = np.repeat(depth, 2, axis=0) if len(depth) == 1 else depth  # slopes need two rows
     colours = Normalize(*span)
     light = LightSource(azdeg=315, altdeg=40)
     known = np.isfinite(depth)
     high = -np.where(known, depth, np.nanmedian(depth))
     shaded = light.shade(high, DEPTHS.reversed(), norm=Normalize(-span[1], -span[0]),
-                      blend_mode="soft", vert_exag=LIT, dx=CELL, dy=step)  # fmt: skip
+                      blend_mode="soft", vert_exag=LIT, dx=columns[1] - columns[0], dy=rows[1] - rows[0])  # fmt: skip
     shaded[~known] = to_rgba("#303030")
     axes.imshow(
-        shaded, origin="lower", extent=(-edge, edge, rows[0], rows[-1]), interpolation="nearest", aspect="equal"
+        shaded,
+        origin="lower",
+        extent=(columns[0], columns[-1], rows[0], rows[-1]),
+        interpolation="nearest",
+        aspect="equal",
     )
     axes.grid(False)
-    axes.set(xlabel="across the track, to starboard [m]", ylabel="along the track [m]")
+    axes.set_xlabel("across the track, to starboard [m]")
     return ScalarMappable(colours, DEPTHS)
 
 
