@@ -50,7 +50,9 @@ def write_contact_sheet(file: str | Path, path: str | Path, count: int) -> Path:
             shown = _draw(axes, one.labelled)
         for axes in panels[len(images) :]:
             axes.set_axis_off()
-        figure.colorbar(shown, ax=panels.tolist(), shrink=0.5, label="level re the median of the image [dB]")
+        bar = figure.colorbar(shown, ax=panels.tolist(), shrink=0.8 if down == 1 else 0.5)
+        bar.set_label("level re the median of the image [dB]", fontsize=7)
+        bar.ax.tick_params(labelsize=6)
         handles = [Patch(color=KINDS[name], label=name) for name in CLASSES]
         figure.legend(handles=handles, loc="outside upper right", ncols=len(handles))
         figure.suptitle(described.base.title or Path(file).stem, x=0.01, ha="left")
