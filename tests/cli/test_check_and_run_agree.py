@@ -84,7 +84,7 @@ def test_too_much_water_at_a_later_ping_is_refused_by_both(tmp_path, capsys, mon
     near = ("window: [0 ms, 240 ms]", "window: [0 ms, 20 ms]")
     layer = ("volume_strength_db: null", "volume_strength_db: [[0 m, -70], [1 m, null]]")
     rising = (
-        "  kind: static # (needed) or line, waypoints, navigation (a log): see `insonify new NAME --template sidescan`\n"
+        "  kind: static # (needed) or line, waypoints, navigation (log): see `insonify new NAME --template sidescan`\n"
         "  position: [0 m, 0 m, 11 m] # north, east, depth (needed)\n  heading: 0 deg # clockwise from north\n",
         "  kind: waypoints\n  waypoints: [[0 m, 0 m, 19 m], [0 m, 9 m, 10 m]]\n  speed: 1 m/s\n",
     )
