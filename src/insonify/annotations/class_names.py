@@ -12,7 +12,7 @@ CLASSES: tuple[str, ...] = ("highlight", "shadow", "ghost")
 """Parts of a target in an image; without other names the classes, whose numbers in label maps and in COCO count from 1,
 in YOLO from 0."""
 MOST_CLASSES = 255
-"""Most classes that a label map of 8 bits has beside the background [1]."""
+"""Most classes that a label map of 8 bits has without the background [1]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -73,6 +73,6 @@ def _lines(image: LabelledImage, segments: bool, least_area: int) -> list[str]:
         else:
             left, upper, width, height = annotation.box
             numbers = [(left + width / 2) / columns, (upper + height / 2) / rows, width / columns, height / rows]
-        number = image.class_number(annotation.kind - 1, annotation.instance)
-        lines.append(" ".join([str(number - 1), *(f"{number:.8g}" for number in numbers)]))
+        class_number = image.class_number(annotation.kind - 1, annotation.instance)
+        lines.append(" ".join([str(class_number - 1), *(f"{number:.8g}" for number in numbers)]))
     return lines

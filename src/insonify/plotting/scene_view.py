@@ -169,9 +169,9 @@ def _targets(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: in
         if surface is not None:
             direction = float(bearing[nearest])
             outline = _cut_along(surface, positions[nearest], direction)
-            if not len(outline):  # between the planes of two pings, or beside them all: the section through its middle
-                beside = aside[nearest] * np.array([-np.sin(direction), np.cos(direction)])
-                outline = _cut_along(surface, positions[nearest] + beside, direction)
+            if not len(outline):  # the planes of all pings miss it: the section through its middle
+                to_middle = aside[nearest] * np.array([-np.sin(direction), np.cos(direction)])
+                outline = _cut_along(surface, positions[nearest] + to_middle, direction)
         if len(outline):
             outline = outline * towards
             _draw_section(axes, outline, colour)
