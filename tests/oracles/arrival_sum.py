@@ -48,4 +48,4 @@ def coherent_from_arrivals(
         weight = arrival_weights(arrivals, ping_geometry, channels[row], band) * phase
         for cell, basis_weight in zip(cells[band, row], basis_weights, strict=True):
             deposit_pressure(cell, grid.first_time, grid.cell_rate, delay, (weight * basis_weight).astype(np.complex64))
-    return convolve_waveforms(cells[..., None], grid, waveforms.spectra(ping_geometry.pulse, grid.frequencies))
+    return convolve_waveforms(cells[..., None], grid, waveforms.grid_factors(ping_geometry.pulse, grid))

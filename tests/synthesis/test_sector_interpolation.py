@@ -16,7 +16,7 @@ from insonify.synthesis.sector_interpolation import (
     POINT_COUNT,
     sector_interpolation,
 )
-from insonify.synthesis.time_grid import convolve_waveforms, time_grid
+from insonify.synthesis.time_grid import convolve_waveforms, grid_factors, time_grid
 from oracles.echoes import spread_echoes
 from oracles.waveforms import chebyshev_basis
 
@@ -58,7 +58,7 @@ def silence(elements, dopplers):
 def series_of(cells, dopplers):
     """What is received of cells by a pulse that fills the band up to where it is not flat any more."""
     band = np.abs(GRID.frequencies) < 0.4 * GRID.sample_rate
-    return convolve_waveforms(cells[None], GRID, np.tile(band + 0j, (1, dopplers, 1)))
+    return convolve_waveforms(cells[None], GRID, grid_factors(GRID, np.tile(band + 0j, (1, dopplers, 1))))
 
 
 @pytest.mark.parametrize(("dopplers", "spread"), [(1, 0.03), (4, 0.03), (4, 0.3), (6, 0.1)])

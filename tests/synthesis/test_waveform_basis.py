@@ -6,7 +6,7 @@ import pytest
 from insonify.simulator import build_simulator
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.pulse import Pulse
-from insonify.synthesis.time_grid import convolve_pulse, convolve_waveforms, time_grid
+from insonify.synthesis.time_grid import convolve_pulse, convolve_waveforms, grid_factors, time_grid
 from insonify.synthesis.waveform_basis import (
     MAX_WAVEFORMS,
     DopplerSpectrum,
@@ -157,7 +157,7 @@ def test_shapes_are_finished_together_as_they_are_one_by_one():
     _, noise = spikes(2 * 2 * 3 * grid.cells().size, 0, 1)
     cells = noise.reshape(2, 2, 3, -1)
     spectra = pulse_spectrum(grid.frequencies) * random.normal(size=(2, 3, 1))
-    together = convolve_waveforms(cells[..., None], grid, spectra)
+    together = convolve_waveforms(cells[..., None], grid, grid_factors(grid, spectra))
     apart = sum(convolve_pulse(cells[b, :, d], grid, spectra[b, d]) for b in range(2) for d in range(3))
     assert np.abs(together - apart).max() < 1e-6 * np.abs(apart).max()
 
@@ -174,16 +174,16 @@ def test_bands_make_the_whole():
     np.testing.assert_allclose(made, here.pulse.samples(time), atol=2e-6)
 
 
-def test_kept_spectra_are_those_of_their_own_sonar():
+def test_kept_factors_are_those_of_their_own_sonar():
     """Other speeds, pulses and windows in turn: each has what it had when it came first, and what is made anew."""
     changes = [{}, {"track": {"speed": 2.0}}, {"pulse": TONE.model_dump()}, {"track": {"window": (0.0, 0.2)}}]
     cases = []
     for change in changes:
         simulator = build_simulator(elements_scenario([(0, 20, 5)], **change))
         here = simulator.ping_geometry(0)
-        cases.append((waveform_basis(here), here.pulse, simulator.grid.frequencies))
-    first = [shapes.spectra(pulse, frequencies).copy() for shapes, pulse, frequencies in cases]
-    for (shapes, pulse, frequencies), spectra in zip(cases, first, strict=True):
-        np.testing.assert_array_equal(shapes.spectra(pulse, frequencies), spectra)
-        np.testing.assert_array_equal(shapes._spectra(pulse, frequencies), spectra)
-    assert len({spectra.tobytes() for spectra in first}) == len(changes)
+        cases.append((waveform_basis(here), here.pulse, simulator.grid))
+    first = [shapes.grid_factors(pulse, grid).copy() for shapes, pulse, grid in cases]
+    for (shapes, pulse, grid), factors in zip(cases, first, strict=True):
+        np.testing.assert_array_equal(shapes.grid_factors(pulse, grid), factors)
+        np.testing.assert_array_equal(grid_factors(grid, shapes.spectra(pulse, grid.frequencies)), factors)
+    assert len({factors.tobytes() for factors in first}) == len(changes)

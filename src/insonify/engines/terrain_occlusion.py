@@ -78,7 +78,7 @@ class TerrainOcclusion:
     def visible(
         self, families: tuple[str, ...], distance: Floats, sine: Floats, depth: Floats, groups: list[ProfileGroup], *,
         on_terrain: bool = False, diffraction_factor: NDArray[np.complex128] | None = None,
-        exists: NDArray[np.bool_] | None = None,
+        status: NDArray[np.uint8] | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Return True if rays of some families reach positions without reaching the seabed before them.
 
@@ -91,7 +91,7 @@ class TerrainOcclusion:
             on_terrain: True if the positions lie on the seabed: then their depth is that of their slice's line.
             diffraction_factor: Result where it is given: factor of crests of the seabed on the pressure [1], shape
                 (f, n).
-            exists: False for rays that do not exist and need not be tested, shape (f, n); None: all do.
+            status: `LegStatus` of the rays: those that do not exist need not be tested, shape (f, n); None: all exist.
 
         Returns:
             True where a ray is clear, shape (f, n).
@@ -110,8 +110,8 @@ class TerrainOcclusion:
                 continue
             slope = launch_slope(name, sine[row])
             off_table = self.launches.off_table_rays(name, slope, distance, depth)
-            if exists is not None:
-                off_table &= exists[row]
+            if status is not None:
+                off_table &= (status[row] == LegStatus.CLEAR) | (status[row] == LegStatus.OCCLUDED)
             if off_table.any():
                 rays = RayModel(self.launches, self.bed.depth, self.wavelength, self.step)
                 marched = march_over_terrain(
@@ -342,7 +342,7 @@ def write_terrain_occlusion(
         legs.families, distance, legs.departure[..., 2], scatterers.position[:, 2], groups,
         on_terrain=scatterers.boundary == "seabed",
         diffraction_factor=np.asarray(columns.visibility, complex) if soft else None,
-        exists=(columns.status == LegStatus.CLEAR) | (columns.status == LegStatus.OCCLUDED),
+        status=columns.status,
     )  # fmt: skip
     kernel.mark_terrain_occlusion(clear, legs.visibility, soft, *columns)
     return distance

@@ -107,6 +107,29 @@ def straight_legs(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def write_factors(
+    status: Integers, needed: NDArray[np.bool_], surface_product: NDArray[np.complex128],
+    reflection_coefficient: NDArray[np.complex128], visibility: Floats,
+) -> None:  # fmt: skip
+    """Reflection and visibility of every leg, as far as they follow from its family and status.
+
+    Args:
+        status: `LegStatus`, (f, n).
+        needed: True for the legs to evaluate, (f, n); (f, 0): all.
+        surface_product: Product of the surface's reflection coefficients of each family [1], (f,).
+        reflection_coefficient: Result: that product, 0 for legs that are not needed [1], (f, n).
+        visibility: Result: 1 for clear legs, 0 for others [1], (f, n).
+    """
+    for f in range(status.shape[0]):
+        for n in range(np.uint64(status.shape[1])):
+            visibility[f, n] = 1.0 if status[f, n] == CLEAR else 0.0
+            reflection_coefficient[f, n] = surface_product[f]
+        for n in range(needed.shape[1]):
+            if not needed[f, n]:
+                reflection_coefficient[f, n] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def mark_legs(
     folded: FoldedLegs, points: Floats, normals: Floats, boxes: Floats, own_box: int, status: Integers,
     occluder: Integers,

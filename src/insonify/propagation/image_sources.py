@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from insonify.ocean.water import absorption_np_per_m
 from insonify.propagation._absorption_kernel import absorb
-from insonify.propagation._image_source_kernel import FoldedLegs, StraightLegs, mark_legs, straight_legs
+from insonify.propagation._image_source_kernel import FoldedLegs, StraightLegs, mark_legs, straight_legs, write_factors
 from insonify.propagation.departure_cone_kernel import DepartureAngles, departure_cones
 from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
 from insonify.propagation.launch_angles import StraightLaunchAngles
 from insonify.propagation.propagation_model import ReachableRange
 from insonify.propagation.solid_shadows import occlude_by_solids
-from insonify.records.legs import Legs, LegStatus
+from insonify.records.legs import Legs
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, open_scene
 
@@ -48,10 +48,10 @@ def image_legs(
     """
     reaching = families_reaching(scatterers.boundary, families)
     f, n = len(reaching), len(scatterers)
-    delay, length, spreading, absorption, grazing_sine = np.empty((5, f, n))
+    delay, length, spreading, absorption, visibility, grazing_sine = np.empty((6, f, n))
     departure, arrival = np.empty((2, f, n, 3))
     status, occluder = np.empty((f, n), np.uint8), np.empty((f, n), np.int16)
-    strings, folded = [bounce_sequence(name) for name in reaching], _folded_legs(scene, position, reaching)
+    folded = _folded_legs(scene, position, reaching)
     straight_legs(
         folded, scene.water.sound_speed, np.ascontiguousarray(scatterers.position),
         np.ascontiguousarray(scatterers.normal), scene.bodies, scatterers.occluder,
@@ -59,12 +59,15 @@ def image_legs(
     )  # fmt: skip
     occlude_by_solids(scene, folded, scatterers, status, occluder)
     absorb(length, absorption_np_per_m(scene.water, frequency), absorption)
-    rows = None if needed is None else needed[[families.index(name) for name in reaching]]
+    rows = np.empty((f, 0), bool) if needed is None else needed[[families.index(name) for name in reaching]]
+    product = np.empty((f, n), complex)
+    write_factors(status, rows, _surface_products(scene, reaching), product, visibility)
+    if flat_bottom:
+        _reflect_off_bottom(scene, reaching, departure[..., 2], product)
     return Legs(
         families=reaching, branch=(0,) * f, delay=delay, length=length, spreading=spreading, absorption=absorption,
-        reflection_coefficient=_boundary(scene, strings, departure[..., 2], flat_bottom=flat_bottom, needed=rows),
-        caustics=np.zeros((f, n), np.uint8), visibility=(status == LegStatus.CLEAR).astype(float), departure=departure,
-        arrival=arrival, grazing_sine=grazing_sine, status=status, occluder=occluder,
+        reflection_coefficient=product, caustics=np.zeros((f, n), np.uint8), visibility=visibility,
+        departure=departure, arrival=arrival, grazing_sine=grazing_sine, status=status, occluder=occluder,
     )  # fmt: skip
 
 
@@ -108,26 +111,26 @@ def _bounces(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.b
     return np.array([b.number for b in bounces], np.int64), np.array([b.first_up for b in bounces], bool)
 
 
-def _boundary(
-    scene: Scene, bounce_sequences: list[str], sine: NDArray[np.float64], *, flat_bottom: bool,
-    needed: NDArray[np.bool_] | None,
-) -> NDArray[np.complex128]:  # fmt: skip
-    """Product of the reflection coefficients of each family, shape of `sine`, the sine of the grazing angle.
+def _surface_products(scene: Scene, families: tuple[str, ...]) -> NDArray[np.complex128]:
+    """Product of the surface's reflection coefficients of each family [1], shape (f,)."""
+    once = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
+    return np.array([math.prod([once] * bounce_sequence(name).count("S"), start=1 + 0j) for name in families])
 
-    It is 0 where `needed`, of the same shape, is False.
+
+def _reflect_off_bottom(scene: Scene, families: tuple[str, ...], sine: Floats, product: NDArray[np.complex128]) -> None:
+    """Multiply the flat bottom's reflection coefficient into each bottom bounce's leg.
+
+    Args:
+        scene: The scene with its seabed.
+        families: Families of the legs, f of them.
+        sine: Sine of their grazing angle, of either sign [1], shape (f, n).
+        product: Changed: product of the reflection coefficients [1], shape (f, n).
     """
-    product = np.empty(sine.shape, complex)
-    surface = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
-    for row, string in enumerate(bounce_sequences):
-        np.multiply(
-            True if needed is None else needed[row],
-            math.prod([surface] * string.count("S"), start=1 + 0j), out=product[row],
-        )  # fmt: skip
-        if "B" in string and flat_bottom:
+    for row, family in enumerate(families):
+        if "B" in family:
             once = scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(sine[row]), 1.0)))
-            for _ in range(string.count("B")):
+            for _ in range(bounce_sequence(family).count("B")):
                 product[row] *= once
-    return product
 
 
 @departure_cones.stand_in
@@ -140,6 +143,26 @@ def _cones(
     length, around = np.sqrt(np.sum(direction**2, axis=1)), radius + angles.relief_height
     direction /= length[:, None]
     margin[:], exists[:] = np.where(around < length, np.arcsin(np.minimum(1.0, around / length)), np.pi), True
+
+
+@lru_cache(maxsize=64)
+def _departure_angles(
+    families: tuple[str, ...], source_depth: float, boundary_depth: float, water_depth: float, relief_height: float
+) -> DepartureAngles:
+    """Vertical travel of straight rays to the image of a boundary, positive down; read again for tiles of every scale.
+
+    Args:
+        families: Names of the families.
+        source_depth: Depth of the sonar [m].
+        boundary_depth: Depth of the boundary [m].
+        water_depth: Depth of the seabed [m].
+        relief_height: Largest deviation of the boundary from its depth [m].
+    """
+    climbs = [boundary_depth - image_depth(family, source_depth, water_depth) for family in families]
+    travel = [
+        -climb if len(bounce_sequence(family)) % 2 else climb for family, climb in zip(families, climbs, strict=True)
+    ]
+    return DepartureAngles(np.array(travel), relief_height, 1.0, *np.empty((2, len(families), 0, 0)))
 
 
 @dataclass(frozen=True)
@@ -193,16 +216,4 @@ class StraightRays:
         self, families: tuple[str, ...], source_depth: float, boundary_depth: float, *, relief_height: float = 0.0
     ) -> DepartureAngles:
         """Vertical travel of the straight rays; see `PropagationModel.departure_angles`."""
-        travel = [self.vertical_travel(family, source_depth, boundary_depth) for family in families]
-        return DepartureAngles(np.array(travel), relief_height, 1.0, *np.empty((2, len(families), 0, 0)))
-
-    def vertical_travel(self, family: str, source_depth: float, boundary_depth: float) -> float:
-        """Vertical travel of the rays of a family, as they leave, to the image of a boundary, positive down [m].
-
-        Args:
-            family: Name of the family.
-            source_depth: Depth of the sonar [m].
-            boundary_depth: Depth of the boundary [m].
-        """
-        climb = boundary_depth - image_depth(family, source_depth, self.scene.seabed.depth)
-        return -climb if len(bounce_sequence(family)) % 2 else climb
+        return _departure_angles(families, source_depth, boundary_depth, self.scene.seabed.depth, relief_height)

@@ -139,10 +139,9 @@ class CoherentAccumulator:
             return convolve_pulse(cells, self.grid, pulse.spectrum(self.grid.frequencies))
         if self._direction_grid is not None:
             return self._direction_grid.beams(cells, self.grid, self.basis)
-        spectra = self.basis.spectra(pulse, self.grid.frequencies)
         if self._sector is not None:
             pulse_middle = 0.0 if self.ping_geometry.is_static else pulse.pulse.duration / 2
             cells = self._sector.to_elements(cells, self.grid, pulse_middle)
-        series = convolve_waveforms(cells, self.grid, spectra)
+        series = convolve_waveforms(cells, self.grid, self.basis.grid_factors(pulse, self.grid))
         elements = self.ping_geometry.elements
         return series if elements is None else (series * elements.response[:, None]).astype(np.complex64)

@@ -26,7 +26,7 @@ from insonify.synthesis._direction_grid_kernel import DirectionRows, combine_row
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, kernel_transform
 from insonify.synthesis._gridding_kernel import WIDTH as WIDTH
 from insonify.synthesis.element_arrivals import carrier_band
-from insonify.synthesis.time_grid import TimeGrid, convolve_waveforms, grid_factors, waveform_spectrum
+from insonify.synthesis.time_grid import TimeGrid, convolve_waveforms, waveform_spectrum
 from insonify.synthesis.waveform_basis import WaveformBasis
 
 Floats = NDArray[np.float64]
@@ -70,10 +70,9 @@ class DirectionGrid:
         Returns:
             Complex envelope at grid.time, in the units of the weights, shape (beams, samples).
         """
-        spectra = basis.spectra(self.ping_geometry.pulse, grid.frequencies)
+        factors, half = basis.grid_factors(self.ping_geometry.pulse, grid), grid.padded_samples // 2
         if not self.ping_geometry.sub_bands:
-            return convolve_waveforms(self._beam_cells(cells), grid, spectra)
-        factors, half = grid_factors(grid, spectra), grid.padded_samples // 2
+            return convolve_waveforms(self._beam_cells(cells), grid, factors)
         low, high = _received_bins(scipy.fft.fftshift(np.abs(factors).max(axis=(0, 1))))
         filled = np.flatnonzero(np.any(cells != 0, axis=(0, 2, 3, 4)))
         rows = np.empty((len(filled), high - low), complex)

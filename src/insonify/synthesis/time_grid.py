@@ -143,19 +143,18 @@ def convolve_pulse(
 
 
 def convolve_waveforms(
-    cells: NDArray[np.complex64], grid: TimeGrid, spectra: NDArray[np.complex128]
-) -> NDArray[np.complex64]:  # fmt: skip
+    cells: NDArray[np.complex64], grid: TimeGrid, factors: NDArray[np.complex128]
+) -> NDArray[np.complex64]:
     """Convolve deposited arrivals that are weighted sums of several waveforms.
 
     Args:
         cells: Grids of pressure, shape (bands, channels, groups, OVERSAMPLING * padded, waveforms of a group).
         grid: The grid the cells belong to.
-        spectra: Spectrum of each waveform at grid.frequencies [s], shape (bands, dopplers, padded).
+        factors: Factors of each waveform from `grid_factors`, shape (bands, dopplers, padded).
 
     Returns:
         Complex envelope at grid.time, in the units of the weights, shape (channels, count).
     """
-    factors = grid_factors(grid, spectra)
     series = np.empty((cells.shape[1], grid.sample_count), np.complex64)
     for channel in range(len(series)):
         total = waveform_spectrum(cells[:, channel], grid, factors)

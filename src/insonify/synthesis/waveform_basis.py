@@ -27,6 +27,7 @@ from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.sonar.sub_bands import SubBand, half_bandwidth, lagrange_weights, node_count
 from insonify.synthesis._waveform_basis_kernel import BasisWeights, basis_weight_table
+from insonify.synthesis.time_grid import TimeGrid, grid_factors
 
 Floats = NDArray[np.float64]
 
@@ -58,16 +59,16 @@ class WaveformBasis:
     band_edge: float = np.inf
     """Offset from the carrier beyond which the absorption of an echo is held constant [Hz]."""
 
-    def spectra(self, pulse: ReceivedPulse, frequencies: Floats) -> NDArray[np.complex128]:
-        """Spectrum of each waveform at offsets from the carrier [s], shape (bands, dopplers, frequencies).
+    def grid_factors(self, pulse: ReceivedPulse, grid: TimeGrid) -> NDArray[np.complex128]:
+        """Factors of each waveform for `convolve_waveforms` [1], shape (bands, dopplers, padded).
 
         Cached for the last few sonars: at constant speed and attitude they are the same at every ping.
         """
-        key = (Identity(pulse), self.doppler.tobytes(), self.band.tobytes(), self.band_edge, frequencies.tobytes())
-        return _SPECTRA.get(key, lambda: self._spectra(pulse, frequencies))
+        key = (Identity(pulse), self.doppler.tobytes(), self.band.tobytes(), self.band_edge, grid)
+        return _FACTORS.get(key, lambda: grid_factors(grid, self.spectra(pulse, grid.frequencies)))
 
-    def _spectra(self, pulse: ReceivedPulse, frequencies: Floats) -> NDArray[np.complex128]:
-        """Spectrum of each waveform, computed."""
+    def spectra(self, pulse: ReceivedPulse, frequencies: Floats) -> NDArray[np.complex128]:
+        """Spectrum of each waveform at offsets from the carrier [s], shape (bands, dopplers, frequencies)."""
         stretched = [
             pulse.spectrum(frequencies, float(factor)) * _stretch_about_middle(pulse, float(factor), frequencies)
             for factor in self.doppler
@@ -272,7 +273,7 @@ def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
 
 _DIRECTIONS: RecentResults[tuple[Floats, Floats, Floats]] = RecentResults(8)
 _BASES: RecentResults[WaveformBasis] = RecentResults(8)
-_SPECTRA: RecentResults[NDArray[np.complex128]] = RecentResults(8)
+_FACTORS: RecentResults[NDArray[np.complex128]] = RecentResults(8)
 _AXES_DECIMALS = 12
 """Decimals of the receive array's axes in the transmit array's frame: the same for all attitudes of the sonar."""
 
