@@ -24,6 +24,17 @@ class BoundEnd(NamedTuple):
     """Its beams."""
 
 
+class Neighbourhoods(NamedTuple):
+    """Neighbourhoods on a boundary whose bounds are to be raised, the first of n rows."""
+
+    row: Integers
+    """Row of each among all, (n,)."""
+    centre: Floats
+    """North and east of their centres [m], (n, 2)."""
+    radius: Floats
+    """Their radii [m], (n,)."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def raise_gain_bounds(
     transmit_end: BoundEnd, receive_end: BoundEnd, same_ends: bool, centre: Floats, radius: Floats,
@@ -41,24 +52,45 @@ def raise_gain_bounds(
         transmit: Changed: bound of the gain of the transmitting end [1], (n,).
         receive: Changed: bound of the gain of the receiving end [1], (n,).
     """
+    n = transmit.size
+    near = Neighbourhoods(np.empty(n, np.int64), np.empty((n, 2)), np.empty(n))
+    rows, north_east, around = near
     for family in range(transmit_end.angles.vertical_travel.size):
-        rows = np.flatnonzero(transmit * receive < sufficient_gain)
-        if rows.size == 0:
+        count = 0
+        for row in range(n):
+            if transmit[row] * receive[row] < sufficient_gain:
+                rows[count], around[count] = row, radius[row]
+                north_east[count, 0], north_east[count, 1], count = centre[row, 0], centre[row, 1], count + 1
+        if count == 0:
             return
-        _raise_bound(transmit_end, family, rows, centre[rows], radius[rows], transmit)
+        _raise_bound(transmit_end, family, near, count, transmit)
         if not same_ends:
-            _raise_bound(receive_end, family, rows, centre[rows], radius[rows], receive)
+            _raise_bound(receive_end, family, near, count, receive)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _raise_bound(end: BoundEnd, family: int, rows: Integers, centre: Floats, radius: Floats, bound: Floats) -> None:
-    """Raise the bounds of one end in some rows to that of one family."""
-    axis, exists = np.empty((rows.size, 3)), np.empty(rows.size, np.bool_)
-    half_angle, gain = np.empty(rows.size), np.empty(rows.size)
-    departure_cones(end.angles, family, end.position, centre, radius, axis, half_angle, exists)
+def _raise_bound(end: BoundEnd, family: int, near: Neighbourhoods, count: int, bound: Floats) -> None:
+    """Raise the bounds of one end in the first neighbourhoods to that of one family."""
+    axis, exists = np.empty((count, 3)), np.empty(count, np.bool_)
+    half_angle, gain = np.empty(count), np.empty(count)
+    departure_cones(end.angles, family, end.position, near.centre[:count], near.radius[:count], axis, half_angle, exists)
     beam_bounds(axis, half_angle, end.beams, gain)
-    bound[rows] = np.maximum(bound[rows], np.where(exists, gain, 0.0))
+    for n in range(count):
+        if exists[n]:
+            bound[near.row[n]] = max(bound[near.row[n]], gain[n])
 
 
-raise_gain_bounds.stand_in(raise_gain_bounds.py_func)
-_raise_bound.stand_in(_raise_bound.py_func)
+@raise_gain_bounds.stand_in
+def _raise_gain_bounds(
+    transmit_end: BoundEnd, receive_end: BoundEnd, same_ends: bool, centre: Floats, radius: Floats,
+    sufficient_gain: float, transmit: Floats, receive: Floats,
+) -> None:  # fmt: skip
+    """Raise bounds as the kernel `raise_gain_bounds` does."""
+    for family in range(transmit_end.angles.vertical_travel.size):
+        rows = np.flatnonzero(transmit * receive < sufficient_gain)
+        axis, exists = np.empty((rows.size, 3)), np.empty(rows.size, np.bool_)
+        half_angle, gain = np.empty(rows.size), np.empty(rows.size)
+        for end, bound in ((transmit_end, transmit), (receive_end, receive))[: 1 if same_ends else 2]:
+            departure_cones(end.angles, family, end.position, centre[rows], radius[rows], axis, half_angle, exists)
+            beam_bounds(axis, half_angle, end.beams, gain)
+            bound[rows] = np.maximum(bound[rows], np.where(exists, gain, 0.0))
