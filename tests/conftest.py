@@ -10,6 +10,8 @@ from hypothesis import settings
 # Tests run side by side, a process on each core: the threads of the linear algebra would wait for each other, at full
 # power. Set before NumPy is imported, for the processes that tests start as well.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# For the same reason each process compiles its kernels itself.
+os.environ.setdefault("INSONIFY_COMPILE_PROCESSES", "0")
 
 # The first call of a kernel compiles it, which no deadline can know; the same examples every time, so that
 # a failure on one machine is a failure on all.

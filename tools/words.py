@@ -33,6 +33,7 @@ ALLOWED = {
         "src/insonify/cli/compile_progress.py",
         "src/insonify/jit.py",
         "tests/test_jit.py",
+        "benchmarks/record_kernels.py",
     ),  # a class of numba
     "place": ("src/insonify/former_names.py",),
 }

@@ -7,8 +7,10 @@ for the first time. The machine code, and its cache on disk, are those of plain 
 called: for C, and, where only other kernels call a kernel, for Python.
 """
 
+import contextlib
 import functools
 import gc
+import os
 import sys
 import threading
 from collections.abc import Callable
@@ -77,7 +79,9 @@ class Kernel:
 
     def _dispatcher(self, function: Callable[..., Any], **flags: bool) -> Any:
         """Dispatcher of numba for a function, with flags for the last stage of the compiler."""
-        return load_numba().njit(**self.targetoptions, pipeline_class=_compiler(**flags))(function)
+        dispatcher = load_numba().njit(**self.targetoptions, pipeline_class=_compiler(**flags))(function)
+        _save_under_lock(dispatcher._cache)
+        return dispatcher
 
     @property
     def _numba_type_(self) -> Any:
@@ -152,6 +156,29 @@ def _copied(function: Callable[..., Any]) -> Callable[..., Any]:
     assert isinstance(function, FunctionType)
     parts = (function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__)
     return functools.update_wrapper(FunctionType(*parts), function)
+
+
+def _save_under_lock(cache: Any) -> None:
+    """Let one process at a time save machine code in a folder.
+
+    Numba numbers the files of a kernel's signatures by an index that it reads before: two processes that save two
+    signatures at once may take one number for both, and the index of one lead to the machine code of the other.
+    """
+    if cache.cache_path is None:  # a kernel that is not saved
+        return
+    save = cache.save_overload
+
+    def save_under_lock(signature: Any, result: Any) -> None:
+        with contextlib.ExitStack() as stack:
+            with contextlib.suppress(ImportError, OSError):  # a system without such locks, or a folder without
+                import fcntl
+
+                os.makedirs(cache.cache_path, exist_ok=True)
+                file = stack.enter_context(open(os.path.join(cache.cache_path, "kernels.lock"), "w"))
+                fcntl.flock(file, fcntl.LOCK_EX)
+            save(signature, result)
+
+    cache.save_overload = save_under_lock
 
 
 @functools.cache

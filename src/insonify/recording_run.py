@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, cast
 
 from insonify.engines.parts import SerialPool
 from insonify.forked_workers import can_fork, forked_results
+from insonify.kernel_compilation import compile_ahead
 from insonify.malloc_tuning import keep_freed_memory
 from insonify.part import Part
 from insonify.records.labels import Labels
 from insonify.scenario.attributes import attributes
+from insonify.scenario.features import scenario_features
 from insonify.scenario.pings import selected_pings
 from insonify.scenario.recording_layout import recording_layout
 from insonify.scenario.scenario import Scenario
@@ -95,7 +97,8 @@ def _recorded_jobs(
         writer.write_loose(job.ping, series, cast(Labels | None, labelling))
 
     keep_freed_memory()
-    write_loose(jobs[0])  # compiles kernels and prepares what all pings have in common, once for all workers
+    compile_ahead(scenario_features(simulator.scenario, labels=jobs[0].with_labels), workers)
+    write_loose(jobs[0])  # compiles further kernels and prepares what all pings have in common, once for all workers
     for job in chain(jobs[:1], (job for job, _ in forked_results(write_loose, jobs[1:], workers))):
         writer.pack_completed(job.ping)
         yield job

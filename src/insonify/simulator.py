@@ -20,6 +20,7 @@ from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_reverberation
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
+from insonify.kernel_compilation import compile_ahead
 from insonify.machine_memory import warn_of_memory
 from insonify.malloc_tuning import keep_freed_memory
 from insonify.propagation.families import families_reaching
@@ -30,6 +31,7 @@ from insonify.records.labels import LabelNames, Labels, MaskLabels, concatenate_
 from insonify.records.recording import FIELDS, recording_dataset
 from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scenario.attributes import attributes
+from insonify.scenario.features import scenario_features
 from insonify.scenario.pings import require_index, selected_pings
 from insonify.scenario.platform_poses import platforms
 from insonify.scenario.ray_domain import delay_field, domain
@@ -290,6 +292,7 @@ def simulate_jobs(
     """
     workers = thread_count(threads)
     keep_freed_memory()
+    compile_ahead(scenario_features(simulator.scenario, labels=any(job.with_labels for job in jobs)), workers)
     if workers == 1:
         yield from ((job, *simulate_job(simulator, job, SerialPool())) for job in jobs)
         return

@@ -6,6 +6,7 @@ from typing import Any
 import typer
 
 from insonify.jit import when_loaded
+from insonify.kernel_compilation import report_compilation
 
 OFTEN = 5.0
 """Time between two lines of progress [s]."""
@@ -28,6 +29,16 @@ class Progress:
         if time.monotonic() - self._printed >= OFTEN:
             self._print(f"compiling: {self._kernels} kernels so far")
 
+    def count(self, done: int, kernels: int, processes: int) -> None:
+        """Note how many of some kernels have been compiled by processes."""
+        if done == 0:
+            self._print(
+                f"compiling {kernels} kernels by {processes} processes (once for this kind of scenario): the machine "
+                "code is kept for later runs"
+            )
+        elif done < kernels and time.monotonic() - self._printed >= OFTEN:
+            self._print(f"compiling: {done} of {kernels} kernels so far")
+
     def _print(self, line: str) -> None:
         typer.echo(line, err=True)
         self._printed = time.monotonic()
@@ -43,7 +54,13 @@ def report_compiling() -> None:
         _PROGRESS[0] = Progress()  # the next command of the same process begins anew
         return
     _PROGRESS.append(Progress())
+    report_compilation(_count)
     when_loaded(_report_to_progress)
+
+
+def _count(done: int, kernels: int, processes: int) -> None:
+    """Report how many of some kernels have been compiled by processes."""
+    _PROGRESS[0].count(done, kernels, processes)
 
 
 def _report_to_progress() -> None:

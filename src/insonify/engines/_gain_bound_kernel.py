@@ -73,7 +73,9 @@ def _raise_bound(end: BoundEnd, family: int, near: Neighbourhoods, count: int, b
     """Raise the bounds of one end in the first neighbourhoods to that of one family."""
     axis, exists = np.empty((count, 3)), np.empty(count, np.bool_)
     half_angle, gain = np.empty(count), np.empty(count)
-    departure_cones(end.angles, family, end.position, near.centre[:count], near.radius[:count], axis, half_angle, exists)
+    departure_cones(
+        end.angles, family, end.position, near.centre[:count], near.radius[:count], axis, half_angle, exists
+    )
     beam_bounds(axis, half_angle, end.beams, gain)
     for n in range(count):
         if exists[n]:

@@ -111,7 +111,7 @@ def estimate_cost(scenario: Scenario, *, labels: bool = False, threads: int | No
         ),
         memory=float(_memory_of(simulator, work, labelled, thread_count(threads))),
         disk=float(_disk_of(simulator, labelled)),
-        compiling=estimate_compile_seconds(simulator, labels=labelled),
+        compiling=estimate_compile_seconds(scenario, labels=labelled),
         labels=labelled,
     )
 

@@ -1,0 +1,35 @@
+"""Features of a scenario that decide which kernels a run of it calls."""
+
+from insonify.scenario.scenario import Scenario
+
+
+def scenario_features(scenario: Scenario, *, labels: bool = False) -> frozenset[str]:
+    """Names of the features that a scenario has.
+
+    Args:
+        scenario: The scenario.
+        labels: True if samples are labelled.
+    """
+    sonar, paths, seabed, water = scenario.sonar, scenario.paths, scenario.seabed, scenario.water
+    track, receiver = scenario.track, scenario.sonar.receiver
+    has = {
+        "labels": labels,
+        "seabed": "seabed" in paths.contributions and seabed.scattering is not None,
+        "relief": bool(seabed.relief),
+        "rough bed": seabed.reflecting_interface == "rough",
+        "layered water": water.layered,
+        "volume": water.volume_strength_db is not None or bool(water.patches),
+        "targets": bool(scenario.targets),
+        "occluders": bool(scenario.scene.occluders),
+        "bounces": paths.max_reflections > 0,
+        "knife edge": paths.edge_diffraction == "knife-edge",
+        "slice": paths.geometry == "slice",
+        "tracer": paths.engine == "tracer",
+        "moving": track.kind != "static",
+        "two platforms": scenario.receiver_track is not None,
+        "elements": receiver.record == "elements",
+        "many beams": sonar.beam_count > 1,
+        "several sides": len(sonar.side_sonars) > 1,
+        "hull": sonar.hull is not None,
+    }
+    return frozenset({scenario.field, f"{scenario.surface.reflection} surface", *(name for name in has if has[name])})
