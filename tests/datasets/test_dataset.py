@@ -112,6 +112,27 @@ def test_another_data_set_is_not_mixed_in(serial, tmp_path):
         make_dataset(tmp_path / "dataset.yaml", tmp_path / "full")
 
 
+def test_a_changed_data_set_names_the_values_that_differ(tmp_path, capsys):
+    """File, line, key, value and the one that the folder was begun with: of the data set and of its scenario."""
+    path, out = write_small(tmp_path), tmp_path / "out"
+    make_dataset(path, out, part=Part(1, 4), processes=1)
+    before = contents(out)
+    edits = ("360 deg", "180 deg"), ("write: [coco]", "write: [coco]\ncompare: null")
+    write_small(tmp_path, *edits, scene=(("cutoff_wavelength: 20 cm", "cutoff_wavelength: 30 cm"),))
+    assert main(["dataset", str(path), "-o", str(out), "--processes", "1", "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert "dataset.yaml:6: vary.targets[pipe].heading.uniform.1: 180 deg; it was 360 deg in the folder.\n" in error
+    assert "scene.yaml:5: seabed.cutoff_wavelength: 30 cm; it was 20 cm in the folder.\n" in error
+    assert len(error.splitlines()) == 3 and "compare" not in error
+    assert contents(out) == before
+    write_small(tmp_path, scene=(("  cutoff_wavelength: 20 cm\n", ""),))
+    assert main(["dataset", str(path), "-o", str(out), "--processes", "1", "--quiet"]) == 2
+    assert "scene.yaml:2: seabed.cutoff_wavelength: not given; it was 20 cm in the folder." in capsys.readouterr().err
+    (out / "dataset.json").write_text("[1")
+    assert main(["dataset", str(path), "-o", str(out), "--processes", "1", "--quiet"]) == 2
+    assert "dataset.json is damaged" in capsys.readouterr().err
+
+
 def test_jobs_that_begin_together_share_an_empty_folder(serial, tmp_path):
     """A description that another job writes at that moment, or was stopped at, is not a foreign file."""
     described = load_dataset(serial[0])

@@ -17,6 +17,7 @@ from insonify.datasets.dataset_file import DatasetFile
 from insonify.datasets.dataset_folder import DatasetFolder
 from insonify.datasets.rendered_scene import SceneImage, scene_images
 from insonify.datasets.swath import PlacementError
+from insonify.datasets.typed_values import read_typed
 from insonify.part import Part
 from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import load, load_scenario
@@ -76,7 +77,7 @@ def make_dataset(
         from insonify.comparison.sources import samples_of
 
         samples_of(described.file.compare)  # the card needs it, after all scenes
-    folder.open()
+    folder.open([read_typed(path), read_typed(described.file.scene)])
     try:
         _make_scenes(folder, mine, processes, on_scene or (lambda *_: None))
     except (ScenarioError, PlacementError) as error:  # of values that fit alone, and not together

@@ -12,11 +12,11 @@ from insonify.datasets.dataset_file import DatasetFile
 from insonify.datasets.distributions import Draw
 from insonify.datasets.drawn_scene import SceneDraws, value_at
 from insonify.datasets.swath import PlacementError
+from insonify.datasets.typed_values import read_typed
 from insonify.datasets.varied_keys import UnknownItemError, VariedKey, varied_keys
 from insonify.scenario.changes import with_changes
 from insonify.scenario.diagnostic import Diagnostic, ScenarioError
 from insonify.scenario.scenario import Scenario
-from insonify.scenario.yaml_source import read
 from insonify.validity import PhysicsWarning
 
 CHECKED_DRAWS = 10_000
@@ -33,7 +33,7 @@ def dataset_faults(file: DatasetFile, base: Scenario, path: str | Path) -> list[
         base: Its scenario.
         path: The file, for messages.
     """
-    source, draws = read(Path(path).read_text(encoding="utf-8-sig"), str(path)), SceneDraws(file, base)
+    source, draws = read_typed(path), SceneDraws(file, base)
     faults = list[Diagnostic]()
     for key, draw in file.vary.items():
         line, field = source.line(("vary", key)), f"vary.{key}"
@@ -82,7 +82,7 @@ def faults_together(error: ScenarioError | PlacementError, file: DatasetFile, pa
         file: The data set.
         path: Its file, for messages.
     """
-    source = read(Path(path).read_text(encoding="utf-8-sig"), str(path))
+    source = read_typed(path)
     if isinstance(error, ScenarioError):
         line = source.line(("clutter" if file.clutter else "vary",))
         return [replace(fault, file=str(path), line=line) for fault in error.faults]

@@ -12,7 +12,7 @@ import json
 import os
 import shutil
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -29,10 +29,12 @@ from insonify.datasets.dataset_classes import dataset_class_names
 from insonify.datasets.dataset_file import DatasetFile, Format
 from insonify.datasets.drawn_scene import uniforms
 from insonify.datasets.rendered_scene import SceneImage
+from insonify.datasets.typed_values import changed_values, typed_values
 from insonify.formats.store_description import StoreError
 from insonify.formats.zarr_store import sweep
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
+from insonify.scenario.yaml_source import YamlSource
 from insonify.surveys.raster import write_bands
 
 if TYPE_CHECKING:
@@ -46,6 +48,8 @@ KILLED = 86_400.0
 """Age of a scene's folder that only a killed job has left: twins of coherent scenes may be hours apart [s]."""
 BANDS = ("level with gain [dB]", "expected level with gain [dB]", "class", "target")
 """Bands of a tile of a mosaic as GeoTIFF."""
+CHANGES_SHOWN = 8
+"""Number of changed values that a message lists."""
 PER_FOLDER = {"names.json", "data.yaml"}
 """Files of writers about a whole folder, which are written when all scenes are there."""
 
@@ -67,13 +71,17 @@ class DatasetFolder:
         text = json.dumps([own, to_yaml(self.base), version("insonify")], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
-    def open(self) -> None:
+    def open(self, sources: Sequence[YamlSource] = ()) -> None:
         """Make the folder, or check that it holds this data set.
+
+        Args:
+            sources: File of the data set and its scenario as they were typed, for messages about another data set.
 
         Raises:
             StoreError: It holds something else, or cannot be made.
         """
-        text, known = json.dumps({"fingerprint": self.fingerprint}) + "\n", self.path / DESCRIPTION
+        described = {"fingerprint": self.fingerprint, "typed": [typed_values(source) for source in sources]}
+        text, known = json.dumps(described) + "\n", self.path / DESCRIPTION
         with self._advising("its beginning"):
             (self.path / NOTES).mkdir(parents=True, exist_ok=True)
             if not known.exists():
@@ -82,10 +90,27 @@ class DatasetFolder:
                     raise StoreError(f"{self.path} holds files that are no data set. Choose another folder with -o")
                 if not known.exists():
                     write_whole(known, text)
-            if known.read_text(encoding="utf-8") != text:
-                raise StoreError(f"{self.path} holds another data set: its file, scenario or version differs. Choose "
-                                 "another folder with -o, or delete this one")  # fmt: skip
+            self._require_same(known.read_text(encoding="utf-8"), sources)
             sweep(self.path / "?????", KILLED)
+
+    def _require_same(self, description: str, sources: Sequence[YamlSource]) -> None:
+        """Refuse the folder of another data set, with the values that differ."""
+        try:
+            recorded = json.loads(description)
+            is_same, typed = recorded["fingerprint"] == self.fingerprint, recorded.get("typed", [])
+        except (ValueError, TypeError, KeyError, AttributeError):
+            raise StoreError(f"{self.path / DESCRIPTION} is damaged. Choose another folder with -o, or delete "
+                             f"{self.path}") from None  # fmt: skip
+        if is_same:
+            return
+        changes = changed_values(typed, sources)
+        others = [f"and {len(changes) - CHANGES_SHOWN} more"] if len(changes) > CHANGES_SHOWN else []
+        why = (
+            "these values differ" if changes else "the version of insonify, or a file that the scenario names, differs"
+        )
+        advice = "Choose another folder with -o, or delete this one" + (", or write the former values" * bool(changes))
+        shown = [str(change) for change in changes[:CHANGES_SHOWN]]
+        raise StoreError("\n".join([f"{self.path} holds another data set: {why}. {advice}", *shown, *others]))
 
     @staticmethod
     def _may_begin_with(name: str) -> bool:
