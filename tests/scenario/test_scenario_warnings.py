@@ -13,13 +13,14 @@ SOUND_SPEED, FREQUENCY = 1500.0, 100e3
 
 
 def warnings_of(
-    *, receive: dict = LINE, pulse: dict | None = None, band: float = 20e3, water: dict | None = None
-) -> list:
+    *, receive: dict = LINE, pulse: dict | None = None, band: float = 20e3, water: dict | None = None,
+    transmit: dict = LINE, record: str = "beams",
+) -> list:  # fmt: skip
     """The cautions of a scenario."""
     sent = {"frequency": FREQUENCY, "duration": 0.2e-3, "taper_fraction": 0.2} | (pulse or {})
     sonar = {
         "source_level_db": 220, "pulse": sent,
-        "transmit": LINE | {"steer": 0}, "receive": receive, "receiver": {"bandwidth": band},
+        "transmit": transmit | {"steer": 0}, "receive": receive, "receiver": {"bandwidth": band, "record": record},
     }  # fmt: skip
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -97,6 +98,33 @@ def test_only_beams_with_a_strong_replica_are_counted():
     half = LINE | {"length": 0.9, "elements": 100, "steer": (0.0, np.radians(60))}
     (word,) = warnings_of(receive=half)
     assert "in 1 of 2 beams" in word
+
+
+def elements_warnings(count: int, *, element: str = "baffled", transmitter: float = 4e-3, **more: object) -> list:
+    """Warnings about an array 0.24 m long whose elements are recorded, and a transmitter of a length [m]."""
+    array = LINE | {"length": 0.24, "elements": count, "element": element} | more
+    return warnings_of(receive=array, transmit=LINE | {"length": transmitter}, record="elements")
+
+
+def test_recorded_elements_are_warned_of_where_two_insonified_directions_look_alike():
+    """Elements d apart repeat a beam every wavelength / d of sine; a sector of 2 sin 75 deg takes 0.52 wavelengths."""
+    (word,) = elements_warnings(24)
+    assert word.startswith("sonar.receive: the elements are 0.67 wavelengths apart, and beams formed of them have")
+    assert "-75 to 75 deg" in word and "Give at least 31 elements" in word
+    assert elements_warnings(31) == [] and len(elements_warnings(30)) == 1
+
+
+def test_recorded_elements_that_receive_one_beam_alone_are_not_warned_of():
+    """A transmitter of 10 wavelengths lights up 5 deg; pistons 3/4 wavelength wide receive less than 1.33 of sine."""
+    assert elements_warnings(8, transmitter=0.15) == []
+    assert elements_warnings(22, element="piston") == [] and len(elements_warnings(12)) == 1
+
+
+def test_beams_that_will_be_formed_of_elements_are_checked_as_recorded_ones_are():
+    """The angles of sonar.receive.steer, with the words for beams."""
+    (word,) = elements_warnings(22, steer=(0.0, np.radians(60)))
+    assert word.startswith("sonar.receive: grating lobes in 1 of 2 beams")
+    assert elements_warnings(22, steer=0.0) == []
 
 
 @pytest.mark.parametrize("kind", ["planar", "point"])

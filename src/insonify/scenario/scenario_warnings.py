@@ -15,6 +15,7 @@ from insonify.scenario.aperture_warnings import aperture_warnings
 from insonify.scenario.boundary_warnings import boundary_warning
 from insonify.scenario.density_warnings import density_warnings
 from insonify.scenario.expectation_warnings import expectation_warnings
+from insonify.scenario.grating_lobe_warnings import grating_lobe_warnings
 from insonify.scenario.inhomogeneity_warnings import inhomogeneity_warnings
 from insonify.scenario.navigation_log_warnings import gap_warning, jump_warning
 from insonify.scenario.platform_poses import platforms
@@ -26,8 +27,6 @@ from insonify.scenario.terrain_errors import terrain_gap_warning
 from insonify.scenario.turn_warnings import turn_warnings
 from insonify.scenario.wave_warnings import wave_warnings
 from insonify.scene.target import Target
-from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
-from insonify.sonar.beam import grating_lobes
 from insonify.sonar.ping_geometry import array_depths
 from insonify.sonar.received_pulse import received_pulse
 from insonify.validity import PhysicsWarning
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
 
 Floats = NDArray[np.float64]
-Transducers = LineArray | PlanarArray | PointTransducer
 
 TESTED_DEPTHS = 9
 """Number of sonar depths, from its shallowest to its deepest, at which profile corners are tested."""
@@ -61,11 +59,9 @@ def scenario_warnings(scenario: Scenario) -> None:
         _narrow_receiver_warning(scenario),
         _profile_corners(scenario, np.linspace(depths[0], depths[-1], TESTED_DEPTHS)),
     ]
-    for end, array in zip(("transmit", "receive"), sonar.beam_arrays, strict=False):
-        messages.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
-    messages += [terrain_gap_warning(scenario, poses.positions), _thin_layer_warning(scenario), jump_warning(scenario),
-             gap_warning(scenario), boundary_warning(scenario), *range_warnings(scenario),
-             *smooth_face_warnings(scenario),
+    messages += [*grating_lobe_warnings(scenario, slowest), terrain_gap_warning(scenario, poses.positions),
+             _thin_layer_warning(scenario), jump_warning(scenario), gap_warning(scenario), boundary_warning(scenario),
+             *range_warnings(scenario), *smooth_face_warnings(scenario),
              *inhomogeneity_warnings(scenario), *expectation_warnings(scenario),
              *density_warnings(scenario), _unused_water_warning(scenario), _absorption_warning(scenario),
              *_equal_target_warnings(scenario)]  # fmt: skip
@@ -176,25 +172,3 @@ def _thin_layer_warning(scenario: Scenario) -> str:
         f"{np.diff(speed)[row] / np.diff(depth)[row]:.3g} 1/s. Give knots at least {THINNEST:g} m apart: leave one of "
         "the two out."
     )
-
-
-def _grating_lobes(end: str, array: Transducers, frequency: float, sound_speed: float) -> str:
-    """Warning on elements so far apart that beams have grating lobes; empty where they do not."""
-    if not len(grating_lobes(array, frequency, sound_speed)):
-        return ""
-    steers = array.steers
-    lobes = [grating_lobes(array.steered((steer,)), frequency, sound_speed) for steer in steers]
-    asides = [_nearest(steer, replicas) for steer, replicas in zip(steers, lobes, strict=True) if len(replicas)]
-    return (
-        f"sonar.{end}: grating lobes in {len(asides)} of {len(steers)} beams; the nearest stands "
-        f"{np.degrees(min(asides)):.1f} deg from its beam. The elements are more than half a wavelength apart: "
-        "give more elements, or steer less."
-    )
-
-
-def _nearest(steer: tuple[float, float], replicas: Floats) -> float:
-    """Angle from a beam to the nearest of its replicas [rad], given by cosines to right and down, shape (n, 2)."""
-    right, down = steer
-    axis = np.array([np.cos(down) * np.cos(right), np.cos(down) * np.sin(right), np.sin(down)])
-    front = np.sqrt(np.clip(1 - np.sum(replicas**2, axis=1), 0, None))
-    return float(np.arccos(np.clip(np.column_stack([front, replicas]) @ axis, -1, 1)).min())
