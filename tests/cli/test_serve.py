@@ -1,6 +1,7 @@
 """Claims about `insonify serve`: it serves until Ctrl-C, and refuses what it cannot serve with one line of advice."""
 
 import json
+import re
 import signal
 import socket
 import struct
@@ -81,6 +82,7 @@ def test_it_replies_until_ctrl_c_and_frees_its_port(device, kind, exchange, leas
         server.kill()
     assert server.returncode == 0, err
     assert out == "" and "interrupted" not in err
+    assert re.search(r"^preparing \S*point\.yaml: .*\n(?:.*\n)*ready after \d+\.\d s\n", err, re.MULTILINE)
     with socket.socket(socket.AF_INET, kind) as again:
         again.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         again.bind(("127.0.0.1", port))

@@ -12,6 +12,7 @@ import pytest
 import insonify
 from insonify.real_time import tcp_server
 from insonify.real_time.tcp_server import MAX_CONNECTIONS, MAX_LINE, TcpServer
+from insonify.validity import PhysicsWarning
 from oracles.scenes import nominal, point
 
 
@@ -74,6 +75,27 @@ def test_samples_are_those_of_the_sonar(server, sonar):
     assert first.request(method="ping", time=0.0, **POSE)[0]["ping"] == 0
     about, _ = first.request(method="describe")
     assert len(about["axes"]["time"]) == arrays["intensity"].shape[-1] and about["field"] == "intensity"
+
+
+def test_a_reply_has_the_warnings_of_its_ping():
+    """A position off the track: once in a sequence, with the reply of its ping, and in the server's process too."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = nominal(targets=[point(0.0, 10.0, 15.0)], paths={"contributions": ("target",)},
+                        track={"window": (0.012, 0.016)})  # fmt: skip
+    off = {"position": [0, 5, 11], "attitude": [0.01, 0, 0]}
+    with (
+        pytest.warns(PhysicsWarning, match="off the scenario's track") as issued,
+        insonify.live(scene, threads=1, warm_up=False) as made,
+        TcpServer(made, port=0).start() as server,
+    ):
+        client = Client(server.address)
+        assert client.request(method="ping", time=0.0, **POSE)[0]["warnings"] == []
+        head, arrays = client.request(method="ping", time=1.0, **off)
+        (word,) = head["warnings"]
+        assert word.startswith("position [0.0, 5.0, 11.0] m is off the scenario's track") and arrays
+        assert client.request(method="ping", time=2.0, **off)[0]["warnings"] == []
+    assert [str(one.message) for one in issued] == [word]
 
 
 WRONG = [

@@ -55,6 +55,8 @@ TARGETS_FACED = 3
 STEPS = 8
 """Poses from one further position to the next, so that rays are prepared for all depths between them."""
 
+_RECORDED_WARNINGS = threading.Lock()  # Python has one list of recorded warnings in a process
+
 
 def live(
     scenario: Scenario, *, positions: Iterable[ArrayLike] = (), threads: int | None = None, warm_up: bool = True
@@ -95,7 +97,7 @@ class LiveSonar:
                              "sonar has one ping at a time. Give looks of one ping.")  # fmt: skip
         self._poses = track
         self._pool = ThreadPoolExecutor(thread_count(threads))
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._warned = False
         self._closed = threading.Event()
         self._count, self._time, self._last = 0, 0.0, list[PlatformPose]()
@@ -156,6 +158,21 @@ class LiveSonar:
             recording = self._recording(platforms, series)
             self._count, self._time, self._last = self._count + 1, float(time), ends
         return recording
+
+    def ping_and_warnings(self, **arguments: Any) -> tuple[xr.Dataset, list[str]]:
+        """Simulate one ping, and list the physics warnings that it gives; they are issued in this process as well.
+
+        Args:
+            arguments: Arguments of `ping`, by name.
+        """
+        with self._lock, _RECORDED_WARNINGS:
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always", PhysicsWarning)
+                recording = self.ping(**arguments)
+            for one in caught:
+                warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+        physics = (str(one.message) for one in caught if issubclass(one.category, PhysicsWarning))
+        return recording, list(dict.fromkeys(physics))
 
     def track_ping(self, ping: int) -> dict[str, Any]:
         """Arguments of `ping` for one ping of the scenario's own track.

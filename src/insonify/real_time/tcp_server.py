@@ -26,6 +26,10 @@ MAX_LINE = 1 << 16
 MAX_CONNECTIONS = 16
 IDLE_SECONDS = 600.0
 """Time without a whole request, or without a reader of a reply, after which a connection is closed [s]."""
+MAX_MESSAGE = 1000
+"""Length of the longest message of a reply [characters]."""
+MAX_WARNINGS = 20
+"""Largest number of warnings in a reply."""
 PING_ARGUMENTS = ("time", "position", "attitude", "velocity", "turn_rate", "window_poses", "receiver")
 POSE_ARGUMENTS = ("position", "attitude", "velocity", "turn_rate", "window_poses")
 
@@ -189,7 +193,7 @@ def _ping(sonar: LiveSonar, number: Any, request: dict[str, Any]) -> list[bytes]
             raise RequestError("argument", "receiver is an object with position and attitude")
         _require_known(receiver, POSE_ARGUMENTS)
         request["receiver"] = PlatformPose(**receiver)
-    recording = sonar.ping(**request)
+    recording, doubts = sonar.ping_and_warnings(**request)
     samples = [str(name) for name in recording.data_vars if "time" in recording[name].dims]
     samples += [str(name) for name in recording.data_vars if "bin" in recording[name].dims]
     arrays, parts = [], []
@@ -202,8 +206,16 @@ def _ping(sonar: LiveSonar, number: Any, request: dict[str, Any]) -> list[bytes]
             "units": recording[name].attrs.get("units", "1"),
         })  # fmt: skip
     poses = {str(name): recording[name].values[0].tolist() for name in recording.data_vars if name not in samples}
-    head = {"id": number, "ping": int(recording["ping"].values[0]), "poses": poses, "arrays": arrays}
+    head = {
+        "id": number, "ping": int(recording["ping"].values[0]), "poses": poses, "warnings": _within_a_line(doubts),
+        "arrays": arrays,
+    }  # fmt: skip
     return [_line(head | {"bytes": sum(map(len, parts))}), *parts]
+
+
+def _within_a_line(doubts: list[str]) -> list[str]:
+    """Warnings of a ping, few and short enough for a reply."""
+    return [doubt[:MAX_MESSAGE] for doubt in doubts[:MAX_WARNINGS]]
 
 
 def _describe(sonar: LiveSonar, number: Any, request: dict[str, Any]) -> list[bytes]:
@@ -239,7 +251,7 @@ def _line(reply: dict[str, Any]) -> bytes:
 
 
 def _error(number: Any, code: str, message: str) -> bytes:
-    return _line({"id": number, "error": {"code": code, "message": message[:1000]}})
+    return _line({"id": number, "error": {"code": code, "message": message[:MAX_MESSAGE]}})
 
 
 def _shut(connection: socket.socket) -> None:
