@@ -2,8 +2,9 @@
 
 import os
 import re
-import warnings
 from pathlib import Path
+
+from insonify.caller_warning import warn_caller
 
 MOST = 0.5
 """Part of the free memory from which a warning is given [1]."""
@@ -35,4 +36,4 @@ def warn_of_memory(size: float, holder: str, advice: str) -> None:
         advice: Remedy.
     """
     if size > MOST * (free := available_memory()):
-        warnings.warn(f"{holder}: {size / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free. {advice}.", stacklevel=3)
+        warn_caller(f"{holder}: {size / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free. {advice}.")

@@ -17,7 +17,6 @@ The path starts at the model whose validator raises it.
 """
 
 import difflib
-import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from typing import Annotated, Any, Self, TypeVar
@@ -25,6 +24,7 @@ from typing import Annotated, Any, Self, TypeVar
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
+from insonify.caller_warning import warn_caller
 from insonify.former_names import former_key, former_value
 from insonify.units import decibels, si, unit_warning
 from insonify.validity import PhysicsWarning
@@ -199,7 +199,7 @@ def _angle(value: object, info: ValidationInfo) -> object:
     if type(value) is int and "folder" not in (info.context or {}):
         doubt = unit_warning(str(value), "angle")
         if doubt:
-            warnings.warn(f"{info.field_name}: {doubt}", PhysicsWarning, stacklevel=2)
+            warn_caller(f"{info.field_name}: {doubt}", PhysicsWarning)
     return si(_number(value), "angle")
 
 

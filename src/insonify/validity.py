@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 import sys
-import warnings
 from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from insonify.caller_warning import warn_caller
 
 
 class PhysicsWarning(UserWarning):
@@ -41,12 +42,10 @@ def warn_outside(law: str, quantity: str, value: ArrayLike, low: float, high: fl
         return False
     excess = np.maximum(low - outside, outside - high)
     worst, blank = outside[np.argmax(excess)], " " if unit else ""
-    # The caller's line is the law itself: Python's default filter then shows each text once per run.
-    warnings.warn(
+    warn_caller(
         f"{law} is trusted for {quantity} {low:g} to {high:g}{blank}{unit}; "
         f"{worst:g}{blank}{unit} is outside, and the result an extrapolation",
         PhysicsWarning,
-        stacklevel=2,
     )
     return True
 

@@ -12,6 +12,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from insonify.caller_warning import warn_caller
 from insonify.datasets.dataset_checks import dataset_faults, faults_together
 from insonify.datasets.dataset_file import DatasetFile
 from insonify.datasets.dataset_folder import DatasetFolder
@@ -101,7 +102,7 @@ def _make_scenes(
         made = zip(missing, run(_make_scene, missing), strict=True)
         for done, (scene, doubts) in enumerate(made, len(mine) - len(missing) + 1):
             for doubt in doubts:
-                warnings.warn(f"scene {scene}: {doubt}", PhysicsWarning, stacklevel=2)
+                warn_caller(f"scene {scene}: {doubt}", PhysicsWarning)
             report(done, len(mine))
 
 

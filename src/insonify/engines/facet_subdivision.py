@@ -7,13 +7,13 @@ scattered wavefronts stay within a fraction of a radian of a plane. Sides of pat
 delays of their own where a pulse is short.
 """
 
-import warnings
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.caller_warning import warn_caller
 from insonify.engines.patch_subdivision import (
     SHALLOW,
     TargetInsonification,
@@ -73,11 +73,11 @@ def smooth_facets(
         _patches(scene, solid, closed, insonification) if closed else _triangles(scene, solid, insonification)
     )
     if not whole:
-        warnings.warn(
+        warn_caller(
             f"target {solid.label}: its smooth faces would be split into more than {MAX_FACETS} facets, and are left "
             "coarser; their echo is not exact. Give a smaller target, a longer pulse, or leave "
             "face_reflection_coefficient out.",
-            PhysicsWarning, stacklevel=2,
+            PhysicsWarning,
         )  # fmt: skip
     return facets
 

@@ -5,7 +5,6 @@ Each shard that is packed there is put into the store as one object and deleted 
 """
 
 import time as clock
-import warnings
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.caller_warning import warn_caller
 from insonify.formats import label_store, zarr_store
 from insonify.formats.locations import is_url
 from insonify.formats.loose_rows import loose_files
@@ -121,9 +121,9 @@ class StoreWriter(RecordingWriter):
             count = row_array(self.path, "done").shape[0]
             share = part.share(count, self._per_shard)
             if not share:
-                warnings.warn(
+                warn_caller(
                     f"part {part} has no pings: {self.location} has {-(-count // self._per_shard)} shards of "
-                    f"{self._per_shard} pings, and a part in an object store is whole shards", stacklevel=3
+                    f"{self._per_shard} pings, and a part in an object store is whole shards"
                 )  # fmt: skip
             pings = [ping for ping in pings if ping in share]
         self._shards = {ping // self._per_shard for ping in pings}
@@ -209,10 +209,10 @@ class StoreWriter(RecordingWriter):
         waiting = [ping for ping in loose if ping // self._per_shard in self._shards]
         if waiting:
             first = min(waiting) // self._per_shard * self._per_shard
-            warnings.warn(
+            warn_caller(
                 f"{len(waiting)} pings wait in {self.path} for the others of their shards, and are not in "
                 f"{self.location} yet. Simulate whole shards on this machine, such as --pings "
-                f"{first}:{min(first + self._per_shard, row_array(self.path, 'done').shape[0])}", stacklevel=3
+                f"{first}:{min(first + self._per_shard, row_array(self.path, 'done').shape[0])}"
             )  # fmt: skip
 
     def _is_complete(self, names: set[str]) -> bool:

@@ -1,6 +1,5 @@
 """Levels of a recording with its axes and its scenario, as the figures need them."""
 
-import warnings
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -8,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from insonify.caller_warning import warn_caller
 from insonify.processing.recording_level import recorded_level
 from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import parse_model
@@ -131,7 +131,7 @@ def _scenario(text: str) -> Scenario | None:
     except ScenarioError as error:
         if not all(fault.field.endswith("file") for fault in error.faults):
             raise
-        warnings.warn(f"drawn without its scenario: a file has changed or is missing: {error}", stacklevel=3)
+        warn_caller(f"drawn without its scenario: a file has changed or is missing: {error}")
         return None
 
 

@@ -7,13 +7,13 @@ The choice depends on the scene alone, not on the selected pings, so that a run 
 
 import math
 import threading
-import warnings
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.caller_warning import warn_caller
 from insonify.propagation._eigenray_kernel import (
     AMPLITUDE,
     CAUSTICS,
@@ -166,9 +166,7 @@ class EigenrayTables:
                 max_range=max(self.domain.max_range, 1.0),
             )  # fmt: skip
         except TableError as error:
-            warnings.warn(
-                f"{error} The exact solver replaces it: the same result, but slower.", TableWarning, stacklevel=2
-            )
+            warn_caller(f"{error} The exact solver replaces it: the same result, but slower.", TableWarning)
             return None
 
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.caller_warning import warn_caller
 from insonify.malloc_tuning import keep_freed_memory
 from insonify.processing.recorder import instrument_recording
 from insonify.propagation.bounding_cylinders import bounding_cylinders
@@ -290,11 +291,11 @@ class LiveSonar:
         """Geometries whose sampling follows this ping alone."""
         if not self._warned and self.scenario.field == "coherent":
             self._warned = True
-            warnings.warn(
+            warn_caller(
                 f"position {np.round(platforms.transmitter_poses.position[0], 3).tolist()} m is off the scenario's "
                 "track, by which the seabed is sampled: its scatterers, and the speckle with them, change from ping to "
                 "ping. Give live(scenario, positions=...) the positions that the sonar may have.",
-                PhysicsWarning, stacklevel=5,
+                PhysicsWarning,
             )  # fmt: skip
         extents = track_extents_of(self.scenario.sonar, platforms)
         return [

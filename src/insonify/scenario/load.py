@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from insonify.caller_warning import warn_caller
 from insonify.scenario.diagnostic import Diagnostic, ScenarioError
 from insonify.scenario.diagnostics import validation_diagnostics, yaml_boolean_errors
 from insonify.scenario.unit_warnings import unit_warnings
@@ -50,7 +50,7 @@ def load(model: type[ModelT], path: str | Path) -> ModelT:
     source = read(_text(Path(path)), str(path))
     parsed = parse_source(model, source, Path(path).parent)
     for doubt in unit_warnings(model, source):
-        warnings.warn(str(doubt), PhysicsWarning, stacklevel=3)
+        warn_caller(str(doubt), PhysicsWarning)
     return parsed
 
 

@@ -1,11 +1,11 @@
 """A scenario: everything that one simulation is made from."""
 
-import warnings
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from insonify.caller_warning import warn_caller
 from insonify.model import Model, evaluated_once, raise_errors
 from insonify.ocean.water import Water
 from insonify.propagation.path_settings import PathSettings
@@ -88,7 +88,7 @@ class Scenario(Model):
         requested |= {name.replace("__", "."): new for name, new in by_name.items()}
         changed, caveats = with_changes(self, requested)
         for doubt in caveats:
-            warnings.warn(str(doubt), PhysicsWarning, stacklevel=2)
+            warn_caller(str(doubt), PhysicsWarning)
         return changed
 
     @property

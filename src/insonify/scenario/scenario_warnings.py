@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.caller_warning import warn_caller
 from insonify.ocean.profile_corners import ProfileCorner, profile_corners
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scenario.aperture_warnings import aperture_warnings
@@ -70,7 +71,7 @@ def scenario_warnings(scenario: Scenario) -> None:
     if scenario.surface.reflection == "explicit":
         messages += wave_warnings(scenario, float(depths[0]))
     for sentence in filter(None, messages):
-        warnings.warn(sentence, PhysicsWarning, stacklevel=2)
+        warn_caller(sentence, PhysicsWarning)
 
 
 def _bubbles(scenario: Scenario) -> None:

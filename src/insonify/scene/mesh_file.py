@@ -6,7 +6,6 @@ the file and the fix: an error for a mesh that cannot be simulated, a warning fo
 
 import io
 import logging
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
@@ -16,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.caller_warning import warn_caller
 from insonify.data_file import install_advice, require_regular_file
 from insonify.scene.mesh_header import require_declared_content
 from insonify.scene.mesh_names import NAMED, NamedFaces, named_faces
@@ -116,7 +116,7 @@ def mesh_warnings(file: str, up: str | None, scale: float, sha256: str | None) -
         sha256: Fingerprint of the file.
     """
     for remark in _read(file, up, scale, sha256, False).remarks:
-        warnings.warn(f"{file}: {remark}", PhysicsWarning, stacklevel=2)
+        warn_caller(f"{file}: {remark}", PhysicsWarning)
 
 
 @lru_cache(maxsize=16)

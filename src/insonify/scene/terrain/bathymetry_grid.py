@@ -7,7 +7,6 @@ about that length for a realistic seabed.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Literal, Self
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
+from insonify.caller_warning import warn_caller
 from insonify.data_file import DataFile, Fingerprint, require_unchanged
 from insonify.model import Metres, Model, Radians, field_error
 from insonify.scene.terrain import _hermite_kernel as kernel
@@ -263,8 +263,8 @@ def warn_of_overlap(cell: float, outer_scale: float) -> None:
         outer_scale: Outer scale of the power law [m].
     """
     if outer_scale > 4 * cell:
-        warnings.warn(
+        warn_caller(
             f"seabed.relief: a power law with an outer scale of {outer_scale:g} m has waves that the grid's cells of "
             f"{cell:.3g} m already resolve; they count twice. Give an outer scale of about {2 * cell:.3g} m.",
-            PhysicsWarning, stacklevel=2,
+            PhysicsWarning,
         )  # fmt: skip

@@ -1,6 +1,5 @@
 """Fields of every track: ping interval, recording window, motion of the platform about its path."""
 
-import warnings
 from abc import abstractmethod
 from typing import Annotated, Any, Self
 
@@ -8,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, model_validator
 
+from insonify.caller_warning import warn_caller
 from insonify.model import Metres, Model, Radians, Seconds, field_error
 from insonify.sonar.track.motion import Motion
 from insonify.sonar.track.navigation_errors import NavigationErrors
@@ -72,11 +72,10 @@ class PingSchedule(Model):
     def _window_ends_before_next_ping(self) -> Self:
         stop = self.window[1]
         if stop > self.interval and self.ping_count > 1:
-            warnings.warn(
+            warn_caller(
                 f"window stops at {stop:g} s, after the next ping at {self.interval:g} s: "
                 "echoes of earlier pings are ignored",
                 PhysicsWarning,
-                stacklevel=2,
             )
         return self
 
