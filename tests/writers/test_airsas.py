@@ -1,5 +1,8 @@
 """Claims about HDF5 files in the AirSAS layout, read by h5py and focused by a back-projection of this file."""
 
+import warnings
+from importlib import import_module
+
 import numpy as np
 import pytest
 
@@ -8,6 +11,7 @@ from insonify.formats.store_description import StoreError
 from oracles.surveys import aperture, sidescan
 
 h5py = pytest.importorskip("h5py")
+export_module = import_module("insonify.writers.export")
 POINT = {"shape": "point", "label": "p", "position": (0.3, 13.0, 9.0), "target_strength_db": 0.0}
 
 
@@ -43,6 +47,24 @@ def test_the_envelope_comes_back_from_the_real_series(sound, file):
         envelope = complete * np.exp(-2j * np.pi * 100e3 * sound.time.values)
         expected = sound.pressure.values[:, channel]
         assert np.abs(envelope - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+def test_a_great_size_is_stated_before_the_file_is_written(sound, tmp_path, monkeypatch):
+    """Size at most, the reason, and the size of the recording; nothing of small files, and of netCDF no such size."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", UserWarning)
+        insonify.export(sound, tmp_path / "a.h5")
+    size, samples = (tmp_path / "a.h5").stat().st_size, sound.pressure.nbytes
+    rows = 24 * 4 * h5py.File(tmp_path / "a.h5")["ch1/ts"].shape[1]
+    assert samples * 4 < size < 4 * rows < 6 * size
+    monkeypatch.setattr(export_module, "LEAST_GREAT", 1e6)
+    monkeypatch.setattr("insonify.writers.airsas.passband", None)  # would be called to write
+    message = f"up to {4e-6 * rows:.3g} MB, and the recording has samples of {1e-6 * samples:.3g} MB: AirSAS has real"
+    with pytest.warns(UserWarning, match=message), pytest.raises(TypeError):
+        insonify.export(sound, tmp_path / "b.h5")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", UserWarning)
+        insonify.export(sound, tmp_path / "a.nc")
 
 
 def test_a_point_is_in_focus_at_its_coordinates(file):

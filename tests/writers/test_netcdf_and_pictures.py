@@ -17,6 +17,15 @@ def folder(request, tmp_path_factory):
     return record(sidescan(field=request.param), tmp_path_factory.mktemp("a") / "a.zarr", pings=range(1, 4), threads=1)
 
 
+def test_exported_netcdf_is_deflated(folder, tmp_path):
+    """Ping by ping, without a loss."""
+    netcdf4 = pytest.importorskip("netCDF4")
+    with netcdf4.Dataset(insonify.export(folder, tmp_path / "a.nc")) as file:
+        samples = next(file[name] for name in ("pressure_real", "intensity") if name in file.variables)
+        assert samples.filters()["zlib"] and samples.filters()["shuffle"]
+        assert samples.chunking() == [1, *samples.shape[1:]]
+
+
 @pytest.mark.parametrize("streamed", [True, False])
 def test_netcdf_gives_back_every_bit_of_the_recorded_pings(folder, tmp_path, monkeypatch, streamed):
     """Values, coordinates and attributes, ping by ping or as a whole."""

@@ -41,7 +41,9 @@ def write_airsas(survey: Survey, path: Path) -> None:
     with h5py.File(path, "w") as file:
         shape = (survey.rows.size, lead + samples)
         series = [
-            file.create_dataset(f"ch{channel + 1}/ts", shape, "f4", chunks=(1, shape[1]), compression="gzip")
+            file.create_dataset(
+                f"ch{channel + 1}/ts", shape, "f4", chunks=(1, shape[1]), compression="gzip", shuffle=True
+            )
             for channel in range(survey.recording.sizes["channel"])
         ]
         for part in series:
@@ -55,6 +57,17 @@ def write_airsas(survey: Survey, path: Path) -> None:
             file[name] = value
         file.attrs["collection_date"] = str(np.datetime64(START, "s"))
         file.attrs["scenario"] = str(survey.recording.attrs["scenario"])
+
+
+def airsas_size(survey: Survey) -> tuple[float, str]:
+    """Largest size of the file [bytes], and the reason for it; the series are compressed, to a third in quiet water."""
+    factor, rate, start = _sampling(survey)
+    sizes = survey.recording.sizes
+    samples = survey.rows.size * sizes["channel"] * (int(np.floor(start * rate)) + factor * sizes["time"])
+    return 4.0 * samples, (
+        f"AirSAS has real pressures from the start of transmission on, here {rate / 1e3:.4g} kHz of float32 for the "
+        f"{rate / factor / 1e3:.4g} kHz of the envelopes"
+    )
 
 
 def passband(pressure: NDArray[np.complexfloating], survey: Survey, factor: int) -> NDArray[np.float32]:

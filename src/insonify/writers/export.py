@@ -4,16 +4,19 @@ import errno
 import os
 import shutil
 import uuid
+from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import xarray as xr
 
+from insonify.caller_warning import warn_caller
 from insonify.data_file import EXTRAS, install_advice
 from insonify.formats.store_description import StoreError, WriteError
-from insonify.surveys.survey import open_survey
+from insonify.records.recording import FIELDS
+from insonify.surveys.survey import Survey, open_survey
 
 if TYPE_CHECKING:
     from insonify.annotations.class_names import ClassScheme
@@ -32,10 +35,16 @@ class ExportFormat(NamedTuple):
     """Package that it needs beyond those that are always installed."""
     is_folder: bool = False
     """True for a folder of annotated images, whose writer also takes a projection and a size of tiles."""
+    size: str = ""
+    """Module and function that give the largest size of the file of a survey [bytes], and the reason for it."""
 
 
 UNWRITABLE = {errno.ENAMETOOLONG, errno.EROFS, errno.ENOENT, errno.ENOTDIR}
 """Errors of the system that concern the name of the file, and not its content."""
+GREAT_SIZE = 1e9
+"""Size of a file from which it is stated before the file is written [bytes]."""
+GREAT_RATIO, LEAST_GREAT = 4.0, 1e8
+"""Size re that of the recording's samples from which it is stated [1], for files of the second size or more [bytes]."""
 LEAST_FREE = 1 << 20
 """Free space below which a library that fails without a reason has found the disk full [bytes]."""
 FORMATS: dict[str, ExportFormat] = {
@@ -48,13 +57,19 @@ FORMATS: dict[str, ExportFormat] = {
     "bathymetry": ExportFormat((".tif", ".tiff"), "soundings in cells", "soundings.write_bathymetry", "rasterio"),
     "csv": ExportFormat((".csv",), "soundings as a table", "soundings.write_csv"),
     "geojson": ExportFormat((".geojson", ".json"), "soundings as points", "soundings.write_geojson"),
-    "netcdf": ExportFormat((".nc",), "all of the recording", "netcdf.write_netcdf"),
+    "netcdf": ExportFormat((".nc",), "all of the recording", "netcdf.write_netcdf", size="netcdf.netcdf_size"),
     "sonar-netcdf4": ExportFormat(
-        (".nc",), "samples, beams and platform, ICES convention 2.0", "sonar_netcdf4.write_sonar_netcdf4", "netCDF4"
+        (".nc",),
+        "samples, beams and platform, ICES convention 2.0",
+        "sonar_netcdf4.write_sonar_netcdf4",
+        "netCDF4",
+        size="netcdf.netcdf_size",
     ),
     "kmall": ExportFormat((".kmall",), "multibeam soundings and seabed image", "kmall.write_kmall"),
     "kmwcd": ExportFormat((".kmwcd",), "multibeam water column", "kmall.write_kmwcd"),
-    "airsas": ExportFormat((".h5", ".hdf5"), "synthetic aperture, AirSAS layout", "airsas.write_airsas", "h5py"),
+    "airsas": ExportFormat(
+        (".h5", ".hdf5"), "synthetic aperture, AirSAS layout", "airsas.write_airsas", "h5py", size="airsas.airsas_size"
+    ),
     "rosbag": ExportFormat(
         (".mcap",), "pings, their meaning and poses as ROS 2 messages", "rosbag.write_rosbag", "rosbags"
     ),
@@ -116,11 +131,12 @@ def export(
         named = " and ".join(key if key == "classes" else f"a {key}" for key in given)
         raise StoreError(f"{target}: only annotated images have {named}. Leave it out, or write one of "
                          f"{folders}")  # fmt: skip
-    module, function = chosen.writer.split(".")
     survey = open_survey(recording)
+    if chosen.size:
+        _warn_of_size(target, survey, *_function(chosen.size)(survey))
     partial = target.with_name(f".{target.stem[:20]}.{uuid.uuid4().hex}.partial{target.suffix}")
     try:
-        getattr(import_module(f"insonify.writers.{module}"), function)(survey, partial, **given)
+        _function(chosen.writer)(survey, partial, **given)
         os.replace(partial, target)
     except OSError as fault:
         if fault.errno in UNWRITABLE and str(fault.filename) in (str(partial), str(target)):
@@ -138,6 +154,27 @@ def export(
         else:
             partial.unlink(missing_ok=True)
     return target
+
+
+def _function(name: str) -> Callable[..., Any]:
+    """Function of a writer, loaded."""
+    module, function = name.split(".")
+    return cast(Callable[..., Any], getattr(import_module(f"insonify.writers.{module}"), function))
+
+
+def _warn_of_size(target: Path, survey: Survey, size: float, reason: str) -> None:
+    """State the size of a file before it is written, where it is great or far above that of the recording."""
+    samples = sum(survey.recording[name].nbytes for name in FIELDS if name in survey.recording)
+    if size >= GREAT_SIZE or (size >= LEAST_GREAT and size > GREAT_RATIO * samples):
+        free = shutil.disk_usage(target.parent).free
+        warn_caller(
+            f"{target} will have up to {_readable(size)}, and the recording has samples of {_readable(samples)}: "
+            f"{reason}. {_readable(free)} are free"
+        )
+
+
+def _readable(size: float) -> str:
+    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
 
 
 def _full(target: Path) -> WriteError:

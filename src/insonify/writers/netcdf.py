@@ -28,9 +28,17 @@ def write_netcdf(survey: Survey, path: Path) -> None:
     with netCDF4.Dataset(path, "a") as file:
         for name, part in first.data_vars.items():
             stored = file.createVariable(
-                str(name), part.dtype.newbyteorder("="), tuple(map(str, part.dims)), fill_value=float("nan")
-            )
+                str(name), part.dtype.newbyteorder("="), tuple(map(str, part.dims)), fill_value=float("nan"),
+                compression="zlib", complevel=1, shuffle=True, chunksizes=part.shape,
+            )  # fmt: skip
             stored.setncatts({str(key): value for key, value in part.attrs.items()})
         for row in range(recording.sizes["ping"]):
             for name, part in split_complex(recording[[field]].isel(ping=[row])).data_vars.items():
                 file[str(name)][row] = part.values[0]
+
+
+def netcdf_size(survey: Survey) -> tuple[float, str]:
+    """Largest size of a netCDF file [bytes], and the reason for it."""
+    recording = survey.recording
+    sizes = [recording[name].nbytes / max(recording.sizes["ping"], 1) for name in FIELDS if name in recording]
+    return survey.rows.size * sum(sizes), "it holds every sample in full precision"
