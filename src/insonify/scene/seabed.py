@@ -47,7 +47,8 @@ class Seabed(Model):
     """Longest wavelength that is left to the scattering law [m]; None: that of the sediment of a law at the sonar's
     frequency (TR 9407), 0.5 m for laws without a sediment."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
-    """Seed of the relief and of the texture; None: the scenario's."""
+    """Seed of the relief and of the texture; None: the scenario's. Given here, the relief stays while the scenario's
+    seed changes scatterers and noise."""
     scattering: Annotated[
         Annotated[Lambert | SedimentLaw | TableLaw, Field(discriminator="law")] | None, BeforeValidator(infer_law_kind)
     ] = SedimentLaw()
