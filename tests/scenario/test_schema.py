@@ -83,3 +83,11 @@ def test_a_schema_that_cannot_be_written_is_reported(tmp_path, capsys):
     """Exit code 2, the path and the reason."""
     assert main(["schema", "-o", str(tmp_path / "none" / "s.json")]) == 2
     assert "cannot be written" in capsys.readouterr().err
+
+
+def test_the_step_of_a_baffle_is_described_at_every_array():
+    """Nothing else in a scenario states that a target on the plane of an array is received in full or not at all."""
+    models = json_schema()["$defs"]
+    for name in ("PointTransducer", "LineArray", "PlanarArray", "ElementArray", "ArcArray"):
+        text = models[name]["properties"]["element"]["description"]
+        assert "steps from 1 to 0" in text and "in full or not at all" in text

@@ -56,7 +56,8 @@ class PointTransducer(Model):
 
     kind: Literal["point"] = "point"
     element: Literal["omni", "baffled", "cosine"] = "omni"
-    """Directivity: all round, the front half space, or the cosine of the angle from boresight."""
+    """Directivity: all round, the front half space, or the cosine of the angle from boresight. Baffled steps from 1 to
+    0 at the plane of the face: what lies on that plane is received in full or not at all."""
     offset: Offset = (0.0, 0.0, 0.0)
     """Position from the platform's reference point: forward, starboard, down [m]."""
 
@@ -81,7 +82,8 @@ class LineArray(Model):
     shading: Shading = "uniform"
     """Shading along the aperture; taylor has side lobes at -30 dB."""
     element: Element = "baffled"
-    """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle."""
+    """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle. A baffle
+    steps from 1 to 0 at the plane of the array: what lies on that plane is received in full or not at all."""
     steer: Steers = None
     """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself points ahead."""
     offset: Offset = (0.0, 0.0, 0.0)
@@ -114,7 +116,8 @@ class PlanarArray(Model):
     shading_down: Shading = "uniform"
     """Weight down the height."""
     element: Element = "baffled"
-    """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle."""
+    """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle. A baffle
+    steps from 1 to 0 at the plane of the array: what lies on that plane is received in full or not at all."""
     steer: Steers = None
     """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself points ahead."""
     steer_down: Radians | None = Field(default=None, gt=-RIGHT_ANGLE, lt=RIGHT_ANGLE)

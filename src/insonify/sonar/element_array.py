@@ -24,7 +24,8 @@ class _Elements(Model):
     """Width and height of one element, a uniform aperture of its own [m]; 0 for a point."""
     element: Directivity = "baffled"
     """Directivity of one element besides that of its size: all round, front half space, or the cosine of the angle from
-    the direction that it faces."""
+    the direction that it faces. Baffled steps from 1 to 0 at the plane of its face: what lies on that plane is received
+    in full or not at all."""
     offset: Offset = (0.0, 0.0, 0.0)
     """Position of the array's centre from the platform's reference point: forward, starboard, down [m]."""
 
