@@ -19,9 +19,10 @@ The path starts at the model whose validator raises it.
 import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
-from typing import Annotated, Any, Self, TypeVar
+from importlib import import_module
+from typing import Annotated, Any, Self, TypeVar, cast
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
 from insonify.caller_warning import warn_caller
@@ -102,6 +103,19 @@ class Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
     __slots__ = ("_values",)  # of `evaluated_once`: neither copied nor pickled
 
+    def __init__(self, /, **arguments: Any) -> None:
+        """Validate the arguments.
+
+        Raises:
+            ValidationError: Some are refused, missing or unknown; one line of advice for each.
+        """
+        try:
+            super().__init__(**arguments)
+        except ValidationError as error:
+            raise _with_advice(error, type(self), arguments) from None
+
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # dictionaries in others are validated at once
+
     @evaluated_once
     def __hash__(self) -> int:
         """Hash of the fields, evaluated once: whole scenes are keys of caches."""
@@ -136,7 +150,11 @@ class Model(BaseModel):
         for name in update:
             if name not in type(self).model_fields:
                 raise AttributeError(_no_field(type(self), name))
-        return type(self).model_validate(copied.explicit_values() | dict(update))
+        values = copied.explicit_values() | dict(update)
+        try:
+            return type(self).model_validate(values)
+        except ValidationError as error:
+            raise _with_advice(error, type(self), values) from None
 
     def unchecked_copy(self, **changes: Any) -> Self:
         """A copy with some fields changed and nothing checked: for values that are known to fit, where checks cost.
@@ -159,6 +177,13 @@ class Model(BaseModel):
             for name, field in type(self).model_fields.items()
             if name in self.model_fields_set or getattr(self, name) != field.get_default(call_default_factory=True)
         }
+
+
+def _with_advice(error: ValidationError, model: type[BaseModel], arguments: Mapping[str, Any]) -> ValidationError:
+    """The error with advice on each argument, as on the keys of a file."""
+    # Loaded with the first error: advice is about models, of which this is the base, and knows them all.
+    advice = import_module("insonify.scenario.argument_errors")
+    return cast(ValidationError, advice.arguments_error(error, model, arguments))
 
 
 def _former_names(model: type[BaseModel], values: Mapping[Any, Any]) -> Iterable[PydanticCustomError]:

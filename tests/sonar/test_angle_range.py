@@ -52,7 +52,10 @@ def test_the_step_that_is_advised_works(first, last, step):
         (("-6 deg", "6 deg", 0), "step: 0 deg does not lead from -6 to 6 deg; write, for instance, 3 deg."),
         (("0 deg", "1 deg", "0.3 deg"), "step: 0.3 deg does not come out even from 0 to 1 deg. Write 0.333333333 deg"),
         (("-6 deg", "6 deg", "1e-9 deg"), "and 1024 is the most"),
-        (("-6 deg", "6 m", True), "to: 6 m is not an angle; use rad, deg, mrad.\nstep: True is not an angle"),
+        (
+            ("-6 deg", "6 m", True),
+            "to: 6 m is not an angle; use rad, deg, mrad.\nLineArray: steer.step: True is not an angle",
+        ),
         (("-95 deg", "6 deg", "1 deg"), "steered by less than 90 deg"),
         ((float("nan"), "6 deg", "1 deg"), "from: nan is not an angle"),
         (("-1e-999999999 deg", "1e999999999 deg", "1 deg"), "to: 1e999999999 deg is not an angle"),

@@ -121,12 +121,18 @@ def test_a_falling_sweep_is_a_rising_one_played_backwards():
         ({"frequency": "20 kHz", "duration": "0.04 ms"}, "Give a duration over 0.05 ms"),
         ({"frequency": "100 kHz", "duration": "1 ms", "bandwidth": "5 kHz"}, "set kind to lfm"),
         ({"kind": "lfm", "frequency": "100 kHz", "duration": "1 ms"}, "Give the width of the sweep"),
-        ({"frequency": 0, "duration": "1 ms"}, "greater than 0"),
-        ({"frequency": "100 kHz", "duration": "-1 ms"}, "greater than 0"),
-        ({"frequency": "100 kHz", "duration": "1 m"}, "is not a unit of time"),
-        ({"frequency": "100 kHz", "duration": "1 ms", "taper_fraction": 1.5}, "less than or equal to 1"),
+        ({"frequency": 0, "duration": "1 ms"}, "frequency: 0 Hz is out of range (above 0, to 10000000 Hz)"),
+        ({"frequency": "100 kHz", "duration": "-1 ms"}, "duration: -1 ms is out of range (above 0, to 10000 ms)"),
+        ({"frequency": "100 kHz", "duration": "1 m"}, "duration: 1 m is not a time; use s, ms, us, min"),
+        (
+            {"frequency": "100 kHz", "duration": "1 ms", "taper_fraction": 1.5},
+            "taper_fraction: 1.5 is out of range (0.001 to 1)",
+        ),
         ({"frequency": float("nan"), "duration": "1 ms"}, "finite number"),
-        ({"frequency": "100 kHz", "duration": "1 ms", "length": 3}, "Extra inputs"),
+        (
+            {"frequency": "100 kHz", "duration": "1 ms", "length": 3},
+            "unknown key 'length' (known here: kind, frequency, duration,",
+        ),
     ],
 )
 def test_an_impossible_pulse_is_refused_with_advice(wrong, advice):

@@ -89,11 +89,17 @@ def test_a_point_cannot_be_steered():
         ),
         (lambda: LineArray(length=1, steer="90 deg"), "less than 90 deg"),
         (lambda: LineArray(length=1, steer=()), "at least one"),
-        (lambda: LineArray(length=0), "greater than 0"),
-        (lambda: LineArray(length=1, elements=0), "greater than or equal to 1"),
-        (lambda: PlanarArray(width=1, height=1, steer_down="95 deg"), "less than"),
-        (lambda: Mounting(tilt="100 deg"), "less than or equal"),
-        (lambda: sonar({"kind": "lin", "length": 1}, LineArray(length=1)), "does not match any of the expected tags"),
+        (lambda: LineArray(length=0), "length: 0 m is out of range (above 0, to 100 m)"),
+        (lambda: LineArray(length=1, elements=0), "elements: 0 is out of range (1 to 10000)"),
+        (
+            lambda: PlanarArray(width=1, height=1, steer_down="95 deg"),
+            "steer_down: 95 deg is out of range (above -90, to 90",
+        ),
+        (lambda: Mounting(tilt="100 deg"), "tilt: 100 deg is out of range (-90 to 90 deg)"),
+        (
+            lambda: sonar({"kind": "lin", "length": 1}, LineArray(length=1)),
+            "'lin' is not known here (one of line, planar, point",
+        ),
     ],
 )
 def test_an_impossible_sonar_is_refused_with_advice(build, advice):

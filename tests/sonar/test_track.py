@@ -48,13 +48,13 @@ def test_pitch_and_roll_have_the_navigators_signs():
     ("wrong", "advice"),
     [
         ({"pings": 0}, "an empty track"),
-        ({"interval": 0}, "greater than 0"),
+        ({"interval": 0}, "interval: 0 s is out of range (above 0, to 1000000 s)"),
         ({"window": (0.2, 0.1)}, "is not after the window's start"),
         ({"window": (0.1, "100 ms")}, "is not after the window's start"),
         ({"window": (-0.1, 0.1)}, "before the transmission"),
-        ({"position": (0, 0)}, "Field required"),
+        ({"position": (0, 0)}, "position: value 3 is missing. Write a length in m there"),
         ({"position": (0, float("nan"), 0)}, "finite number"),
-        ({"heading": "400 deg"}, "less than or equal"),
+        ({"heading": "400 deg"}, "heading: 400 deg is out of range (-360 to 360 deg)"),
     ],
 )
 def test_an_impossible_track_is_refused_with_advice(wrong, advice):

@@ -123,7 +123,7 @@ def test_noise_with_a_memory_decorrelates_in_that_time():
         ({"rms": 1, "spectrum": [[0.2, 1], [0.1, 1]]}, "spectrum.1.0: 0.1 Hz is not above the row before"),
         ({"rms": 1, "spectrum": [[0.1, 1], [0.2, -1]]}, "spectrum.1.1: -1 is negative"),
         ({"rms": 1, "spectrum": [[0.1, 0], [0.2, 0]]}, "every density is 0"),
-        ({"rms": -1, "period": 5}, "greater than or equal to 0"),
+        ({"rms": -1, "period": 5}, "rms: -1 m is out of range (0 to 100 m)"),
     ],
 )
 def test_a_motion_that_cannot_be_is_refused_with_advice(wrong, advice):

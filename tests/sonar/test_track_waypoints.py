@@ -83,8 +83,8 @@ def test_a_path_of_whole_intervals_ends_with_a_ping():
         ({"waypoints": ((0, 0, 5), (9, 0, 5), (0, 0, 5)), "turn_radius": 1},
          "waypoints.1: the path turns back on itself"),
         ({"pings": 500}, "pings: 500 pings run beyond the last waypoint"),
-        ({"speed": 0}, "greater than 0"),
-        ({"turn_radius": -1}, "greater than or equal to 0"),
+        ({"speed": 0}, "speed: 0 m/s is out of range (above 0, to 100 m/s)"),
+        ({"turn_radius": -1}, "turn_radius: -1 m is out of range (0 to 1000000 m)"),
     ],
 )  # fmt: skip
 def test_a_path_that_cannot_be_run_is_refused_with_advice(wrong, advice):

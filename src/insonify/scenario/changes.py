@@ -32,7 +32,7 @@ def with_changes(model: ModelT, changes: Mapping[str, object]) -> tuple[ModelT, 
         ScenarioError: A path leads nowhere, or a value is refused; every fault with its path and the fix.
     """
     source = YamlSource(NAME, values=_plain(model), lines={(): 0})
-    source.faults = [fault for path, value in changes.items() if (fault := _put(source, model, path, _as_typed(value)))]
+    source.faults = [fault for path, value in changes.items() if (fault := _put(source, model, path, as_typed(value)))]
     return parse_source(type(model), source, ""), unit_warnings(type(model), source)
 
 
@@ -53,7 +53,7 @@ def _put(source: YamlSource, model: BaseModel, dotted_path: str, value: object) 
     key = last if isinstance(inside, list) else str(last)
     _forget(source, (*path, last))
     inside[key] = value
-    _record_typed(source, (*path, last), value)
+    record_typed(source, (*path, last), value)
     return None
 
 
@@ -113,16 +113,20 @@ def _written(value: object, dumped: Any) -> Any:
     return dumped
 
 
-def _as_typed(value: object) -> Any:
-    """A value given in Python as a file would have it."""
+def as_typed(value: object) -> Any:
+    """A value given in Python as a file would have it.
+
+    Args:
+        value: A plain value, array, path or model, or a list or mapping of them.
+    """
     if isinstance(value, BaseModel):
         return _plain(value)
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):
-        return {str(key): _as_typed(inner) for key, inner in value.items()}
+        return {str(key): as_typed(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_as_typed(inner) for inner in value]
+        return [as_typed(inner) for inner in value]
     return str(value) if isinstance(value, PurePath) else value
 
 
@@ -131,10 +135,16 @@ def _forget(source: YamlSource, path: Path) -> None:
         del source.written[known]
 
 
-def _record_typed(source: YamlSource, path: Path, value: Any) -> None:
-    """Note how each plain value was typed, for messages in the caller's own units."""
+def record_typed(source: YamlSource, path: Path, value: Any) -> None:
+    """Note how each plain value was typed, for messages in the caller's own units.
+
+    Args:
+        source: Source that notes it.
+        path: Position of the value.
+        value: The value, from `as_typed`.
+    """
     if isinstance(value, dict | list):
         for step, inner in value.items() if isinstance(value, dict) else enumerate(value):
-            _record_typed(source, (*path, step), inner)
+            record_typed(source, (*path, step), inner)
         return
     source.written[path] = "null" if value is None else str(value).lower() if isinstance(value, bool) else str(value)

@@ -125,7 +125,9 @@ def _advice(path: Path, source: YamlSource, problem: str, allowed: str = "", fix
 
 
 def _label(path: Path, source: YamlSource) -> str:
-    """The label that the author gave to the thing that a value belongs to; empty where there is none."""
+    """The label that the author gave to the thing that a value belongs to; empty where there is none, and in a call."""
+    if source.is_call:
+        return ""
     for end in range(len(path), 0, -1):
         label = source.written.get((*path[:end], "label"), "")
         if label and path[end:] != ("label",):
@@ -158,7 +160,7 @@ def _missing(finding: _Finding, source: YamlSource) -> Diagnostic:
     *parent, name = finding.path
     if isinstance(name, int):
         return _advice(tuple(parent), source, f"value {name + 1} is missing", fix=f"Write {_kinds([finding])} there")
-    return _advice(finding.path, source, f"missing; it should be {_kinds([finding])}", fix=f"Add a line '{name}: ...'")
+    return _advice(finding.path, source, f"missing; it should be {_kinds([finding])}", fix=source.advice_to_add(name))
 
 
 def _unknown_key(finding: _Finding, source: YamlSource) -> Diagnostic:
@@ -179,7 +181,7 @@ def _unknown_choice(finding: _Finding, source: YamlSource) -> Diagnostic:
         path, typed = (*path, key), str(finding.context.get("tag", ""))
         choices = choices or sorted({tag for expected in finding.expected for tag in expected.tags(key)})
         if finding.kind == "union_tag_not_found":
-            fix = f"Add a line '{key}: ...'"
+            fix = source.advice_to_add(key)
             return _advice(path, source, "missing; it should be one of " + ", ".join(choices), fix=fix)
     meant = nearest_word(typed, choices)
     fix = f"Did you mean '{meant}'?" if meant else ""

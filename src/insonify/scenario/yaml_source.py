@@ -39,12 +39,18 @@ class YamlSource:
     """The text of each plain value, as it was typed."""
     faults: list[Diagnostic] = field(default_factory=list)
     """Errors of the YAML text itself, before any value has a meaning."""
+    is_call: bool = False
+    """True for the arguments of a call in Python, which has no lines."""
 
     def line(self, path: Path) -> int:
         """Line of a value, or of the nearest thing around it that the file does contain."""
         while path and path not in self.lines:
             path = path[:-1]
         return self.lines.get(path, 1)
+
+    def advice_to_add(self, name: str) -> str:
+        """Advice on a key that is missing."""
+        return f"Give {name}=..." if self.is_call else f"Add a line '{name}: ...'"
 
     def value(self, path: Path) -> Any:
         """The value that stands at a path."""
@@ -57,7 +63,10 @@ class YamlSource:
         """A value as it was typed; lists and mappings in one short line."""
         if path in self.written:
             return self.written[path] or "''"
-        text = yaml.safe_dump(value, default_flow_style=True, width=10_000).split("\n")[0]
+        try:
+            text = yaml.safe_dump(value, default_flow_style=True, width=10_000).split("\n")[0]
+        except yaml.YAMLError:  # an object of Python
+            text = " ".join(repr(value).split())
         return text if len(text) <= 60 else text[:57] + "..."
 
 
