@@ -4,13 +4,14 @@ Searches about a moving sonar read nearly the same nodes in every ping; a tile i
 """
 
 import math
-from functools import partial
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.recent_results import RecentResults
+from insonify.scene._lattice_filter_kernel import spline_coefficients, symmetric_filter
 from insonify.scene.terrain.relief import Relief
 
 Floats = NDArray[np.float64]
@@ -125,7 +126,6 @@ class TerrainLattice:
 
     def _filtered_tile(self, wavelength: float, row: int, column: int) -> tuple[Floats, ...]:
         """Depth without short waves, and its spline coefficients, at the nodes of one tile."""
-        from scipy.ndimage import spline_filter
 
         def evaluated() -> tuple[Floats, Floats]:
             size = TILE_NODES + 2 * FILTER_MARGIN
@@ -134,9 +134,9 @@ class TerrainLattice:
             unknown = ~np.isfinite(depth)
             if unknown.any():
                 depth[unknown] = self._depth if unknown.all() else depth[~unknown].mean()
-            smooth = depth if wavelength <= self._shortest else _without_short_waves(depth, NODES_PER_WAVE)
+            smooth = depth if wavelength <= self._shortest else _without_short_waves(depth)
             inner = (slice(FILTER_MARGIN, -FILTER_MARGIN),) * 2
-            return smooth[inner].copy(), spline_filter(smooth, mode="mirror")[inner].copy()
+            return smooth[inner].copy(), spline_coefficients(smooth)[inner].copy()
 
         return self._tiles.get((wavelength, row, column, True), evaluated)
 
@@ -167,13 +167,19 @@ def window(first: tuple[int, int], shape: tuple[int, int]) -> tuple[slice, slice
     return slice(first[0], first[0] + shape[0]), slice(first[1], first[1] + shape[1])
 
 
-def _without_short_waves(depth: Floats, wave: float) -> Floats:
-    """Ground without its waves shorter than `wave` nodes, of which half stays: 1 - (1 - g)^2, with g a Gaussian.
+def _without_short_waves(depth: Floats) -> Floats:
+    """Ground without its waves shorter than `NODES_PER_WAVE`, of which half stays: 1 - (1 - g)^2, with g a Gaussian.
 
     A wave six times as long loses 0.1 % of its height; a Gaussian with the same half alone takes 1.9 %.
     """
-    from scipy.ndimage import gaussian_filter
+    short = depth - symmetric_filter(depth, _gaussian())
+    return np.asarray(depth - short + symmetric_filter(short, _gaussian()))
 
-    deviation = HALF_RESPONSE * wave
-    short = depth - gaussian_filter(depth, deviation, mode="nearest")
-    return np.asarray(depth - short + gaussian_filter(short, deviation, mode="nearest"))
+
+@cache
+def _gaussian() -> Floats:
+    """Weights of the Gaussian at distances 0, 1 ... up to four standard deviations [1]."""
+    deviation = HALF_RESPONSE * NODES_PER_WAVE
+    reach = round(4 * deviation)
+    weights = np.exp(-0.5 / deviation**2 * np.arange(-reach, reach + 1) ** 2)
+    return np.asarray(weights / weights.sum())[reach:]
