@@ -53,7 +53,9 @@ def test_elements_see_what_is_nearby_from_where_they_are():
         place = ends.position[e] + np.outer(when, ends.velocity[e]) + np.outer(when**2 / 2, ends.acceleration[e])
         line = away[:, None] * way - place
         known = line / np.linalg.norm(line, axis=1, keepdims=True)
-        np.testing.assert_allclose(element_arrivals.element_directions(ends, e, way, away, when), known, atol=1e-14)
+        np.testing.assert_allclose(
+            element_arrivals.element_directions(ends.motion(e), way, away, when), known, atol=1e-14
+        )
 
 
 def test_sound_leaves_from_where_the_transmitter_is_in_the_middle_of_the_pulse():

@@ -76,7 +76,12 @@ class Beams:
         """Key that identifies these beams, but for their attitude."""
         return (self.steer.tobytes(), self.scale.tobytes(), self.element, *map(Identity, self.tables))
 
-    @property
+    @cached_property
+    def largest_per_unit(self) -> float:
+        """Rows per unit of direction cosine of the finest table [1]."""
+        return float(self.per_unit.max())
+
+    @cached_property
     def kernel_tables(self) -> BeamTables:
         """The beams as a tuple for kernels."""
         return BeamTables(self.axes, self.steer, self.scale, self.tables, self.per_unit, self.element)

@@ -23,7 +23,7 @@ class MovingArray(NamedTuple):
     """Orientation and displacement of an array by delay."""
 
     axes: Floats
-    """Axes of `Beams`, with their first and second order in the one-way delay, (3, 3, 3)."""
+    """Axes of `Beams`, with their first and second order in the one-way delay where it rotates, (1 or 3, 3, 3)."""
     displacement: Floats
     """Displacement of the array per path length, and its growth per second of delay, (2, 3)."""
     is_moving: bool

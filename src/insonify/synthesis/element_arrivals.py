@@ -5,6 +5,7 @@ occlusion and the transmit beam are taken at the start of the ping; delay, sprea
 Doppler factor at the time of reception.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -271,7 +272,7 @@ def echo_directions(
     return (
         rows,
         [
-            element_directions(receive_points, e, direction, path_length, arrival_time)
+            element_directions(receive_points.motion(e), direction, path_length, arrival_time)
             for e in range(len(receive_points.position))
         ],
         arrival_time,
@@ -289,22 +290,28 @@ def has_parallax(
         min_path_length: Shortest receive leg [m].
         latest_arrival: Time of the last arrival [s].
     """
-    waves = float(ping_geometry.receive_beams.per_unit.max()) / POINTS_PER_LOBE
-    if not waves > 1:
-        return False
     distance, speed = (np.sqrt(np.vecdot(v, v)) for v in (receive_points.position, receive_points.velocity))
-    displacement = distance + latest_arrival * speed
-    return bool(np.pi * waves * displacement.max() > PARALLAX_TOLERANCE * max(min_path_length, CLOSEST))
+    displacement = float((distance + latest_arrival * speed).max())
+    return resolves_parallax(ping_geometry.receive_beams, displacement, min_path_length)
 
 
-def element_directions(
-    receive_points: ReceivePoints, element: int, direction: Floats, path_length: Floats, arrival_time: Floats
-) -> Floats:
+def resolves_parallax(beams: Beams, displacement: float, min_path_length: float) -> bool:
+    """Return True if patterns resolve the change of direction of the nearest scatterer with the displacement of a beam.
+
+    Args:
+        beams: The beams.
+        displacement: Displacement [m].
+        min_path_length: Distance of the nearest scatterer [m].
+    """
+    waves = beams.largest_per_unit / POINTS_PER_LOBE
+    return waves > 1 and math.pi * waves * displacement > PARALLAX_TOLERANCE * max(min_path_length, CLOSEST)
+
+
+def element_directions(motion: ElementMotion, direction: Floats, path_length: Floats, arrival_time: Floats) -> Floats:
     """Directions from an element at the times of arrival, given those from the array's centre at the start of the ping.
 
     Args:
-        receive_points: Receiver channels as points, from `receive_points`.
-        element: Index of the element.
+        motion: Motion of the element.
         direction: Directions from the centre [1], shape (..., 3).
         path_length: Lengths of the receive legs [m], shape (...).
         arrival_time: Times of arrival [s], shape (...).
@@ -312,7 +319,7 @@ def element_directions(
     element_direction = np.empty(direction.shape)
     turn_to_element(
         np.ascontiguousarray(direction).reshape(-1, 3), np.ascontiguousarray(path_length).ravel(),
-        np.ascontiguousarray(arrival_time).ravel(), receive_points.motion(element), element_direction.reshape(-1, 3),
+        np.ascontiguousarray(arrival_time).ravel(), motion, element_direction.reshape(-1, 3),
     )  # fmt: skip
     return element_direction
 

@@ -44,7 +44,7 @@ from insonify.synthesis.coherent_groups import PulseTable, add_groups
 from insonify.synthesis.coherent_subsets import coherent_subsets
 from insonify.synthesis.direction_powers import DirectionPowers, Real
 from insonify.synthesis.leg_weights import leg_weights, weights_from_gain, weights_from_two_gains
-from insonify.synthesis.receive_beam_motion import moving_array_axes, receive_directions
+from insonify.synthesis.receive_beam_motion import moving_array, receive_directions
 from insonify.synthesis.replica_jitter import ReplicaJitter
 from insonify.synthesis.specular_sums import SpecularSums
 from insonify.synthesis.time_grid import EnergyFilter, TimeGrid, convolve_energy_spectrum, energy_filter
@@ -332,16 +332,16 @@ class IncoherentAccumulator:
 
     def beam_amplitudes(self, swath: ReverberationSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Amplitudes of all legs times the gain of the transmit and of the receive beam [1], (f, n) each."""
-        transmit_amplitude, moving_axes = _leg_amplitudes(self.ping_geometry.transmit_beams, swath), self._moving_axes
-        same_beams = self.ping_geometry.same_beams and moving_axes is None
-        return transmit_amplitude, transmit_amplitude if same_beams else _leg_amplitudes(
-            self.ping_geometry.receive_beams, swath, moving_axes
-        )
+        geometry, receiver = self.ping_geometry, self._moving_receiver
+        transmit_amplitude = _leg_amplitudes(geometry.transmit_beams, swath)
+        if receiver is None and geometry.same_beams:
+            return transmit_amplitude, transmit_amplitude
+        return transmit_amplitude, _leg_amplitudes(geometry.receive_beams, swath, receiver)
 
     @cached_property
-    def _moving_axes(self) -> tuple[Floats, Floats] | None:
+    def _moving_receiver(self) -> MovingArray | None:
         """Motion of the receive array, the same for all samples of the ping."""
-        return moving_array_axes(self.ping_geometry)
+        return moving_array(self.ping_geometry)
 
     def weighted_samples(
         self, swath: ReverberationSamples, transmit_amplitude: NDArray[np.float32],
@@ -416,13 +416,10 @@ def _energy_filter(pulse: ReceivedPulse, grid: TimeGrid) -> EnergyFilter:
     return energy_filter(grid, pulse.spectrum(grid.frequencies))
 
 
-def _leg_amplitudes(
-    beams: Beams, swath: ReverberationSamples, moving_axes: tuple[Floats, Floats] | None = None
-) -> NDArray[np.float32]:
-    """Amplitude of every leg times the gain of one beam [1], shape (f, n); moving_axes: from `moving_array_axes`."""
+def _leg_amplitudes(beams: Beams, swath: ReverberationSamples, array: MovingArray | None = None) -> NDArray[np.float32]:
+    """Amplitude of every leg times the gain of one beam [1], shape (f, n); array: None for one at rest."""
     amplitude = np.empty(swath.delay.shape, np.float32)
-    axes, drift = moving_axes or (np.array([beams.axes] * 3), np.zeros((2, 3)))
-    array = MovingArray(axes, drift, moving_axes is not None, bool(axes[1:].any()) and moving_axes is not None)
+    array = array or MovingArray(np.array([beams.axes]), np.zeros((2, 3)), is_moving=False, is_rotating=False)
     leg_amplitudes(swath.departure, swath.amplitude, swath.delay, beams.kernel_tables, array, amplitude)
     return amplitude
 

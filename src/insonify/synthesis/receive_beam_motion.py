@@ -9,7 +9,11 @@ from numpy.typing import NDArray
 
 from insonify.records.pairs import Pairs
 from insonify.sonar.ping_geometry import PingGeometry
-from insonify.synthesis.element_arrivals import element_directions, has_parallax, receive_points
+from insonify.sonar.platform_motion import PlatformMotion
+from insonify.synthesis._arrival_time_kernel import ElementMotion
+from insonify.synthesis._centre_motion_kernel import fill_kinematics
+from insonify.synthesis._fast_reverberation_energies import MovingArray
+from insonify.synthesis.element_arrivals import element_directions, resolves_parallax
 
 Floats = NDArray[np.float64]
 
@@ -28,36 +32,47 @@ def receive_directions(pairs: Pairs, ping_geometry: PingGeometry) -> Floats:
     motion, directions = ping_geometry.receive_motion, pairs.receive_legs.departure
     if motion is None:
         return directions
-    points = receive_points(ping_geometry)
     # other transmit legs differ by too little to matter
     arrival_time = pairs.transmit_legs.delay[0] + pairs.receive_legs.delay
-    length = pairs.receive_legs.length
-    if arrival_time.size and has_parallax(
-        ping_geometry, points, float(np.fmin.reduce(length, axis=None)), float(np.fmax.reduce(arrival_time, axis=None))
-    ):
-        directions = element_directions(points, 0, directions, length, arrival_time)
+    length, (centre, speed) = pairs.receive_legs.length, _centre_motion(ping_geometry, motion)
+    if arrival_time.size and resolves_parallax(
+        ping_geometry.receive_beams, float(np.fmax.reduce(arrival_time, axis=None)) * speed,
+        float(np.fmin.reduce(length, axis=None)),
+    ):  # fmt: skip
+        directions = element_directions(centre, directions, length, arrival_time)
     if motion.is_rotating:
         directions = np.array([motion.to_initial_attitude(*row) for row in zip(directions, arrival_time, strict=True)])
     return directions
 
 
-def moving_array_axes(ping_geometry: PingGeometry) -> tuple[Floats, Floats] | None:
+def moving_array(ping_geometry: PingGeometry) -> MovingArray | None:
     """Motion of the receive array during two equal legs, as a polynomial of the one-way delay.
 
     Args:
         ping_geometry: Monostatic geometry of this ping, in water of one sound speed.
 
     Returns:
-        Axes of the array [1] and their coefficients of first [1/s] and second order [1/s^2] in the one-way delay, shape
-        (3, 3, 3); displacement of the array per one-way path length [1] and its coefficient of first order in the
-        delay [1/s], shape (2, 3). None where the motion is negligible.
+        The array's orientation and displacement; None where the motion is negligible.
     """
     motion, axes = ping_geometry.receive_motion, ping_geometry.receive_beams.axes
     if motion is None:
         return None
-    points, is_rotating = receive_points(ping_geometry), motion.is_rotating
-    if not is_rotating and not has_parallax(ping_geometry, points, ping_geometry.receive_sound_speed, 2.0):
+    sound_speed, is_rotating = ping_geometry.receive_sound_speed, motion.is_rotating
+    centre, speed = _centre_motion(ping_geometry, motion)
+    if not is_rotating and not resolves_parallax(ping_geometry.receive_beams, 2 * speed, sound_speed):
         return None
-    rate, acceleration = motion.rotation_rates if is_rotating else (np.zeros((3, 3)), np.zeros((3, 3)))
-    displacement = np.concatenate([2 * points.velocity, 2 * points.acceleration]) / ping_geometry.receive_sound_speed
-    return np.array([axes, 2 * axes @ rate, 4 * axes @ acceleration]), displacement
+    orders = [axes]
+    if is_rotating:
+        rate, acceleration = motion.rotation_rates
+        orders += [2 * axes @ rate, 4 * axes @ acceleration]
+    displacement = np.array([2 * centre.velocity, 2 * centre.acceleration]) / sound_speed
+    return MovingArray(np.array(orders), displacement, is_moving=True, is_rotating=is_rotating)
+
+
+def _centre_motion(ping_geometry: PingGeometry, motion: PlatformMotion) -> tuple[ElementMotion, float]:
+    """Motion of the centre of the receive array on its platform, and its speed at the start of the ping [m/s]."""
+    velocity, acceleration = np.empty(3), np.empty(3)
+    speed = fill_kinematics(
+        motion.position, motion.rotation, motion.window, ping_geometry.lever_arms[1], velocity, acceleration
+    )
+    return ElementMotion(np.zeros(3), velocity, acceleration), speed
