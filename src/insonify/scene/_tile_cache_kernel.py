@@ -89,3 +89,19 @@ def claim(
         number[a, b], row_numbers[row] = tiles[w], tiles[w]
         count += 1
     return count, used
+
+
+@njit(cache=True, nogil=True)
+def begin_reading(tiles: Integers, slot: Integers, readers: Integers, rows: Integers) -> None:
+    """Count one more reader of some cached tiles.
+
+    Args:
+        tiles: Numbers of the tiles, each once, (n, 2).
+        slot: See `claim`.
+        readers: See `claim`; changed.
+        rows: Result: row of each tile, (n,).
+    """
+    table_size = slot.shape[0]
+    for w in range(tiles.shape[0]):
+        rows[w] = slot[tiles[w, 0] % table_size, tiles[w, 1] % table_size]
+        readers[rows[w]] += 1

@@ -41,9 +41,8 @@ class HeightmapSynthesizer:
             tiles: Result, height [m] and slopes along the lattice's axes [1] on the nodes, shape (n, 65, 65, 3).
         """
         synthesize_tiles(np.ascontiguousarray(rows), numbers, self.cell, *self._octaves, quantiles(), tiles)
-        node = np.arange(NODES)
         for row in rows.tolist() if self._other_components else ():
-            a, b = ((number * CELLS + node) * self.cell for number in numbers[row])
+            a, b = ((number * CELLS + np.arange(NODES)) * self.cell for number in numbers[row])
             for relief in self._other_components:
                 height, slope = relief.sample(np.repeat(a, len(b)), np.tile(b, len(a)))
                 tiles[row] += np.column_stack([height, slope]).reshape(tiles[row].shape)

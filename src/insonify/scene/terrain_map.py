@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.scene._tile_cache_kernel import EMPTY, claim, fits
+from insonify.scene._tile_cache_kernel import EMPTY, begin_reading, claim, fits
 from insonify.scene.seabed_terrain import TILE_CELLS, SeabedTerrain
 
 Floats = NDArray[np.float64]
@@ -76,8 +76,8 @@ class TerrainMap:
         with self._change:
             self._change.wait_for(lambda: self._fits(tiles))
             self.claim(tiles)
-            rows = self.slot[tuple(tiles.T % CACHE_SIDE)]
-            self._readers[rows] += 1
+            rows = np.empty(len(tiles), np.int64)
+            begin_reading(tiles, self.slot, self._readers, rows)
         try:
             while not (self._state[rows] == _FILLED).all():
                 self._synthesize_missing(rows, map_function)
@@ -99,13 +99,13 @@ class TerrainMap:
 
         try:
             list(map_function(synthesize, [claimed[k::PARTS] for k in range(PARTS)]))
-        finally:
-            with self._change:
-                self._state[claimed[self._state[claimed] == _IN_PROGRESS]] = (
-                    _UNFILLED  # after an error another thread may synthesise them
-                )
+        except BaseException:
+            with self._change:  # after an error another thread may synthesise them
+                self._state[claimed[self._state[claimed] == _IN_PROGRESS]] = _UNFILLED
                 self._change.notify_all()
+            raise
         with self._change:
+            self._change.notify_all()
             self._change.wait_for(lambda: not (self._state[rows] == _IN_PROGRESS).any())
 
     def _fits(self, tiles: NDArray[np.int64]) -> bool:
