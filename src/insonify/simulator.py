@@ -405,9 +405,12 @@ def _sums(
         known: Energies of the seabed by the fast reverberation; None: not yet evaluated.
     """
     required = accumulator.requirements
-    engine = simulator.tracer if required.rays else _engine(simulator.engine, required, pool, reverberation)
-    blocks, first = engine.blocks(geometry, quadrature=required.quadrature), accumulator.empty()
-    count = min(parts_of(getattr(first, "nbytes", 0)), len(blocks)) if blocks else 0
+    blocks: list[Any] = []
+    if reverberation is None or reverberation.remaining_path_settings.contributions:
+        engine = simulator.tracer if required.rays else _engine(simulator.engine, required, pool, reverberation)
+        blocks = engine.blocks(geometry, quadrature=required.quadrature)
+    first = accumulator.empty() if blocks else None
+    count = min(parts_of(getattr(first, "nbytes", 0)), len(blocks))
 
     def blocks_sum(part: int) -> Any:
         buffer = accumulator.empty() if part else first
@@ -426,7 +429,7 @@ def _sums(
         buffers.append(known)
     elif reverberation is not None:
         buffers.append(reduce(iadd, reverberation.accumulate(pool.map, samples_sum, labelled=required.origins)))
-    return reduce(iadd, buffers) if buffers else first
+    return reduce(iadd, buffers) if buffers else accumulator.empty()
 
 
 def _engine(

@@ -77,15 +77,17 @@ class PingScatterers:
         """Blocks of every scatterer in reach of this ping, in a fixed order."""
         seabed, surface = self.scene.seabed, self.scene.surface
         blocks: list[Block] = []
-        if "target" in self.path_settings.contributions:
+        contributions = self.path_settings.contributions
+        if "target" in contributions:
             blocks += self._targets()
-        bed_law = seabed.law(self.ping_geometry.frequency, float(self.scene.water.sound_speed_at(seabed.depth)))
-        if "seabed" in self.path_settings.contributions and bed_law is not None:
-            blocks += self._boundary("seabed", seabed.depth, bed_law)
-        surface_law = surface.law(self.ping_geometry.frequency)
-        if "surface" in self.path_settings.contributions and surface_law is not None:
-            blocks += self._boundary("surface", 0.0, surface_law)
-        if "water" in self.path_settings.contributions and self.scene.water.scatters:
+        if "seabed" in contributions:
+            bed_speed = float(self.scene.water.sound_speed_at(seabed.depth))
+            bed_law = seabed.law(self.ping_geometry.frequency, bed_speed)
+            blocks += [] if bed_law is None else self._boundary("seabed", seabed.depth, bed_law)
+        if "surface" in contributions:
+            surface_law = surface.law(self.ping_geometry.frequency)
+            blocks += [] if surface_law is None else self._boundary("surface", 0.0, surface_law)
+        if "water" in contributions and self.scene.water.scatters:
             suspended = VolumeScatterers(self.scene, self.path_settings, self.seed, self.ping_geometry, self.resolution)
             blocks += suspended.blocks(quadrature=self.quadrature)
         two_platforms = self.ping_geometry.receive_track_extent is not None

@@ -24,7 +24,7 @@ from insonify.sonar.platform_motion import PlatformMotion
 from insonify.sonar.platforms import Platforms
 from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.sonar.shared_directions import share_directions
-from insonify.sonar.sonar import Sonar, array_position, array_rotation, receiver_rotation
+from insonify.sonar.sonar import Sonar, array_rotation, receiver_rotation
 from insonify.sonar.sub_bands import SubBand, band_nodes
 from insonify.sonar.track.poses import Poses
 from insonify.sonar.track_extent import TrackExtent, track_extent
@@ -270,12 +270,12 @@ class MountedSonar:
 
     def _geometry(self, ping: int, platforms: Platforms, row: int, displacements: Floats | None) -> PingGeometry:
         """Geometry at one row of the platforms' poses; `displacements` are the largest ones during each ping [m]."""
-        bodies = [poses.rotation(row) for poses in platforms.transmitter_and_receiver_poses]
+        ends = platforms.transmitter_and_receiver_poses
+        bodies = [poses.rotation(row) for poses in ends]
         positions = [
-            array_position(array, poses.position[row], body)
-            for array, poses, body in zip(self._arrays, platforms.transmitter_and_receiver_poses, bodies, strict=True)
+            poses.position[row] + body @ arm for arm, poses, body in zip(self._lever_arms, ends, bodies, strict=True)
         ]
-        if np.array_equal(positions[0], positions[1]):
+        if positions[0].tolist() == positions[1].tolist():
             positions[1] = positions[0]  # one object, so that comparisons are fast
         speeds = tuple(self._speed(float(position[2])) for position in positions)
         attitude, motions = self._attitude_beams(bodies, speeds), platforms.ping_motions(row, self.window[1])

@@ -252,8 +252,9 @@ def convolve_energy_spectrum(
         spectra = np.empty(parts.shape[:2], complex)
         add_filtered(parts, filtering.factors, spectra)
         series = scipy.fft.irfft(spectra, grid.energy_padded, overwrite_x=True)
-        series[series < ROUNDING * series.max(axis=1, keepdims=True, initial=0.0)] = 0.0
-        intensity[channels] = series[:, grid.lead_samples : grid.lead_samples + grid.sample_count]
+        floor = ROUNDING * series.max(axis=1, keepdims=True, initial=0.0)
+        recorded = series[:, grid.lead_samples : grid.lead_samples + grid.sample_count]
+        intensity[channels] = np.where(recorded < floor, 0.0, recorded)
     return intensity
 
 

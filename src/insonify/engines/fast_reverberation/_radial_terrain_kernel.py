@@ -75,25 +75,32 @@ def numbers_of_marked(crossed: NDArray[np.bool_]) -> Integers:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_passing(
-    radials: Floats, bearing: Floats, turn: Floats, half_angle: Floats, nearest: Floats, passing: NDArray[np.bool_]
-) -> None:
-    """Mark the radials that pass each of some targets.
+    radials: Floats, bearing: Floats, heading: float, sonar: Floats, cylinders: Floats, wavelength: float,
+    ripples: float, passing: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """Mark the radials that pass each of some targets, or their zones of edge diffraction.
 
     Args:
         radials: See `radial_columns`.
-        bearing: Bearing of each radial [rad], (s,).
-        turn: Angle that turns the bearing of each target to pi [rad], (t,).
-        half_angle: Half of the angle that each target takes up [rad], (t,).
-        nearest: Distance of each target's nearest point [m], not positive under or over the target, (t,).
+        bearing: Bearing of each radial in its frame [rad], (s,).
+        heading: Heading of that frame [rad].
+        sonar: Position of the sonar: north, east, depth [m], (3,).
+        cylinders: North, east and radius of each target's bounding cylinder, and more [m], (t, any).
+        wavelength: Wavelength [m].
+        ripples: Fresnel number up to which edge diffraction is evaluated, 0 for none [1].
         passing: Result, (t, s).
     """
-    for t in range(turn.size):
+    for t in range(cylinders.shape[0]):
+        north, east, radius = cylinders[t, 0] - sonar[0], cylinders[t, 1] - sonar[1], cylinders[t, 2]
+        distance, turn = math.hypot(north, east), heading + math.pi - math.atan2(east, north)
+        half_angle = math.asin(min(radius / max(distance, 1e-9), 1.0))
+        half_angle += ripples * math.sqrt(wavelength / (2 * max(distance, wavelength)))
         for s in range(bearing.size):
-            passing[t, s] = nearest[t] <= 0
-            if passing[t, s] or not radials[s, column.STOP] > nearest[t]:
+            passing[t, s] = distance <= radius  # over or under the target
+            if passing[t, s] or not radials[s, column.STOP] > distance - radius:
                 continue
-            angle = abs((bearing[s] + turn[t]) % (2 * math.pi) - math.pi)
-            passing[t, s] = angle <= half_angle[t] + radials[s, column.CELL_WIDTH] / 2
+            angle = abs((bearing[s] + turn) % (2 * math.pi) - math.pi)
+            passing[t, s] = angle <= half_angle + radials[s, column.CELL_WIDTH] / 2
 
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)

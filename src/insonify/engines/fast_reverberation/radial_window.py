@@ -19,8 +19,6 @@ from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.scene.terrain_map import MAX_TILES
 from insonify.sonar.ping_geometry import PingGeometry
 
-Floats = NDArray[np.float64]
-
 
 @dataclass(frozen=True, slots=True)
 class TerrainWindow:
@@ -51,7 +49,7 @@ def terrain_window(
     if terrain is None:
         return TerrainWindow()
     scatterer_grid, tile = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size * CELLS
-    grid_position = scatterer_grid.from_world(ping_geometry.transmit_position[:2]).tolist()
+    grid_position = [float(x) for x in scatterer_grid.axes_from_world(*ping_geometry.transmit_position[:2].tolist())]
     tile_reach = math.ceil(farthest / tile) + 1
     first = [math.floor(position / tile) - tile_reach for position in grid_position]
     start = grid_position[0] - first[0] * tile, grid_position[1] - first[1] * tile
@@ -78,19 +76,9 @@ def radials_crossing_targets(
         heading: Heading of the frame of the radials [rad].
         edges: Edge diffraction: "none" or "knife-edge".
     """
-    (north, east, radius), position = plan.bounding_cylinders[:, :3].T, ping_geometry.transmit_position
-    distance = np.hypot(north - position[0], east - position[1])
-    target_bearing = np.arctan2(east - position[1], north - position[0])
-    half_angle = np.arcsin(np.minimum(radius / np.maximum(distance, 1e-9), 1.0))
-    half_angle += _diffraction_margin(distance, ping_geometry.wavelength, edges)
-    passing = np.empty((len(north), len(plan.radials)), np.bool_)
-    turn, nearest = heading + np.pi - target_bearing, distance - radius
-    mark_passing(plan.radials, plan.bearings, turn, half_angle, nearest, passing)
+    passing = np.empty((len(plan.bounding_cylinders), len(plan.radials)), np.bool_)
+    mark_passing(
+        plan.radials, plan.bearings, heading, ping_geometry.transmit_position, plan.bounding_cylinders,
+        ping_geometry.wavelength, 0.0 if edges == "none" else ROUGH_RIPPLES, passing,
+    )  # fmt: skip
     return passing
-
-
-def _diffraction_margin(distance: Floats, wavelength: float, edges: str) -> Floats | float:
-    """Angle beyond a target's edge up to which its edge diffraction is evaluated [rad]."""
-    if edges == "none":
-        return 0.0
-    return np.asarray(ROUGH_RIPPLES * np.sqrt(wavelength / (2 * np.maximum(distance, wavelength))))

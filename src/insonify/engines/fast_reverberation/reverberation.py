@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import radial_columns as column
+from insonify.engines.boundary_echoes import boundary_echo_families
 from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.fast_reverberation import _walk_kernel as kernel
 from insonify.engines.fast_reverberation._radial_terrain_kernel import CELLS
@@ -63,7 +64,7 @@ from insonify.recent_results import Identity, RecentResults
 from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scattering.compiled_law import CompiledLaw, compile_law
 from insonify.scattering.lambert import Lambert
-from insonify.scene.scatterers import Law
+from insonify.scene.scatterers import BOUNDARY_ECHO, Law
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
 from insonify.scene.terrain_map import CACHE_SIDE, empty_terrain_map, terrain_map
@@ -210,7 +211,8 @@ class FastReverberation:
         if terrain is not None and terrain.span[0] < terrain.span[1]:
             reflect_at_fitted_planes(self.rays, terrain, ping_geometry, plan, part, legs)
         unlit = unlit_rows(plan, legs, pairs) if labelled else None
-        positions = cache(partial(sample_positions, ping_geometry, part, legs))
+        positions: Callable[[], Floats] = partial(sample_positions, ping_geometry, part, legs)
+        positions = cache(positions) if labelled else positions
         shaded = self._apply_target_shadows(part, legs, positions()) if part.passes_target.any() else None
         if seabed.texture is not None:
             factor = self._texture(part.radials, legs).astype(np.float32)
@@ -401,10 +403,13 @@ def _prepare(
     radials = radials_in_view(ping_geometry, boundary, window_range, sampling, cutoff_gain, heading)
     lines = RadialLines(radials, step, heading)
     plan = plan_reverberation(rays, ping_geometry, families, law, lines, rise, refraction)
-    return PreparedReverberation(
-        plan, heading, window_range.farthest, _reduced_path_settings(path_settings, scene, ping_geometry.frequency, ()),
-        _reduced_path_settings(path_settings, scene, ping_geometry.frequency, ("target",)),
-    )  # fmt: skip
+    has_echoes = boundary_echo_families(path_settings, two_platforms=ping_geometry.receive_track_extent is not None)
+    unused = () if has_echoes else (BOUNDARY_ECHO,)
+    remaining, without_targets = (
+        _reduced_path_settings(path_settings, scene, ping_geometry.frequency, (*unused, *further))
+        for further in ((), ("target",))
+    )
+    return PreparedReverberation(plan, heading, window_range.farthest, remaining, without_targets)
 
 
 _TABLES: RecentResults[RefractionTable | None] = RecentResults(8)
