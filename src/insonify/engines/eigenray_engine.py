@@ -234,40 +234,45 @@ class EigenrayEngine:
 
     def _boundary_echoes(self, ping_geometry: PingGeometry, transmitter: Scatterers) -> Pairs:
         """Paths from the transmitter to the receiver by reflections alone, see `insonify.engines.boundary_echoes`."""
-        end, hull = ping_geometry.receive_position, ping_geometry.hull
-        families = boundary_echo_families(
-            self.path_settings, two_platforms=ping_geometry.receive_track_extent is not None
-        )
-        families, terrain = from_receiver(families), self.scene.seabed.terrain
-        wavelength, start = self._wavelength(ping_geometry, end), ping_geometry.transmit_position
-        legs = self._legs_over_mean_plane(end, transmitter, ping_geometry, families, elements=True)
-        points = family_specular_points(legs, end, start, self.scene, wavelength, self.caches.specular_points)
-        needed = None
-        if terrain is not None and ping_geometry.is_monostatic and end[2] < terrain.span[0]:
-            # straight below and above one position nothing but the bounces lies on the paths
-            needed = np.array([[family_points is None] for family_points in points])
-        if needed is None or any("B" in legs.families[row] for row in np.flatnonzero(needed)):
-            legs = self._with_terrain(legs, transmitter, ping_geometry, end, needed)
-        receive = self._with_water_delays(legs, transmitter, ping_geometry, end)
-        if terrain is not None and terrain.relief.is_waves and self.scene.seabed.reflecting_interface == "rough":
-            factor = relief_roughness_factor(receive, end, terrain, wavelength, terrain.depth)
-            receive = replace(receive, reflection_coefficient=receive.reflection_coefficient * factor)
-        receive = with_specular_points(receive, points, end, start, self.scene, wavelength)
+        end, is_bistatic = ping_geometry.receive_position, ping_geometry.receive_track_extent is not None
+        families = from_receiver(boundary_echo_families(self.path_settings, two_platforms=is_bistatic))
+        receive = self._echoes_over_seabed(ping_geometry, transmitter, families)
         if self.scene.surface.reflection != "flat":
             _, receive = self._reflected(receive, end, transmitter, ping_geometry, follow_bed=False)
             if surface_law_has_facets(self.scene, self.path_settings):
                 receive = without_glints(receive)
         if self.path_settings.edge_diffraction == "knife-edge":
-            exact = replace(self, approximate_edges=False)
-            receive = exact._diffracted(receive, end, transmitter, ping_geometry)
-        if hull is not None:
+            receive = self._diffracted(receive, end, transmitter, ping_geometry, approximate=False)
+        if ping_geometry.hull is not None:
             echoes = hull_families(families, echoes=True)
             _, receive = self._with_hull(receive, receive, echoes, transmitter, ping_geometry, None)
-        if terrain is None:  # the roughness of relief is in its legs
-            top = 0.0 if hull is None else float(hull.centre[2])
-            roughness = sediment_roughness_factor(receive, end, self.scene.seabed, wavelength, hull_depth=top)
-            receive = replace(receive, reflection_coefficient=receive.reflection_coefficient * roughness)
+        if self.scene.seabed.terrain is None:  # the roughness of relief is in its legs
+            top = 0.0 if ping_geometry.hull is None else float(ping_geometry.hull.centre[2])
+            wavelength = self._wavelength(ping_geometry, end)
+            receive = receive.times(
+                sediment_roughness_factor(receive, end, self.scene.seabed, wavelength, hull_depth=top)
+            )
         return boundary_echo_pairs(transmitter, receive)
+
+    def _echoes_over_seabed(
+        self, ping_geometry: PingGeometry, transmitter: Scatterers, families: tuple[str, ...]
+    ) -> Legs:
+        """Legs from the receiver to the transmitter, off specular points of relief where these are known."""
+        end, start, terrain = ping_geometry.receive_position, ping_geometry.transmit_position, self.scene.seabed.terrain
+        wavelength = self._wavelength(ping_geometry, end)
+        legs = self._legs_over_mean_plane(end, transmitter, ping_geometry, families, elements=True)
+        points = family_specular_points(legs, end, start, self.scene, wavelength, self.caches.specular_points)
+        if terrain is not None:
+            is_needed = np.array([[found is None] for found in points])
+            if not ping_geometry.is_monostatic or end[2] >= terrain.span[0]:
+                legs = self._with_terrain(legs, transmitter, ping_geometry, end, None)
+            elif any("B" in legs.families[row] for row in np.flatnonzero(is_needed)):
+                # straight below and above one position nothing but the bounces lies on the paths
+                legs = self._with_terrain(legs, transmitter, ping_geometry, end, is_needed)
+        legs = self._with_water_delays(legs, transmitter, ping_geometry, end)
+        if terrain is not None and terrain.relief.is_waves and self.scene.seabed.reflecting_interface == "rough":
+            legs = legs.times(relief_roughness_factor(legs, end, terrain, wavelength, terrain.depth))
+        return with_specular_points(legs, points, end, start, self.scene, wavelength)
 
     def _with_hull(
         self, transmit: Legs, receive: Legs, families: tuple[str, ...], scatterers: Scatterers,
@@ -333,10 +338,8 @@ class EigenrayEngine:
                 if terrain is not None and (
                     self.scene.seabed.reflecting_interface == "smooth" or not terrain.relief.is_waves
                 ):
-                    roughness_factor = relief_roughness_factor(
-                        legs, image, terrain, self._wavelength(ping_geometry, position), terrain.depth
-                    )
-                    legs = replace(legs, reflection_coefficient=legs.reflection_coefficient * roughness_factor)
+                    wavelength = self._wavelength(ping_geometry, position)
+                    legs = legs.times(relief_roughness_factor(legs, image, terrain, wavelength, terrain.depth))
                 both = legs, legs
                 if self.scene.is_rough(legs.families):
                     end = SonarEnd(image, ping_geometry.time, face.image(ping_geometry.transmit_position))
@@ -512,11 +515,14 @@ class EigenrayEngine:
             legs, self.scene, self.seed, scatterers, ping_geometry.frequency, end, follow_bed=follow_bed
         )
 
-    def _diffracted(self, legs: Legs, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry) -> Legs:
+    def _diffracted(
+        self, legs: Legs, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, *,
+        approximate: bool = True,
+    ) -> Legs:  # fmt: skip
         """Legs from one end, diffracted at the edges of targets; diffraction at terrain crests is included already."""
         return diffract_at_edges(
             legs, scatterers, position, self.scene, self._wavelength(ping_geometry, position),
-            infinitely_wide=self.path_settings.geometry == "slice", approximate=self.approximate_edges,
+            infinitely_wide=self.path_settings.geometry == "slice", approximate=approximate and self.approximate_edges,
         )  # fmt: skip
 
     def _with_terrain(

@@ -5,8 +5,8 @@ Sides of one ping, and its pressure, intensity and labels, use the same occlusio
 
 from dataclasses import dataclass, field
 
+from insonify.engines._specular_legs_kernel import SpecularPoints
 from insonify.engines.quadrature_points import MAX_CACHED_LAYOUTS, QuadratureLayout
-from insonify.engines.relief_specular_points import SpecularPoints
 from insonify.engines.terrain_occlusion import TerrainOcclusion
 from insonify.recent_results import RecentResults
 from insonify.records.pairs import Pairs

@@ -64,7 +64,7 @@ def with_hull(
     """
     (transmit, receive), scene, position = legs, rays.scene, sonar_end.position
     shadow = plate_factors(transmit, plate, position, scatterers.position, scene, frequency)
-    dimmed = replace(transmit, reflection_coefficient=transmit.reflection_coefficient * shadow)
+    dimmed = transmit.times(shadow)
     both = dimmed, dimmed
     if receive is not transmit:
         both = dimmed, replace(receive, reflection_coefficient=dimmed.reflection_coefficient)
@@ -103,7 +103,7 @@ def _legs_off_hull(
     terrain = scene.seabed.terrain
     if terrain is not None and (roughness is None or not terrain.relief.is_waves):
         left = relief_roughness_factor(legs, end.position, terrain, speed / frequency, bed)
-        legs = replace(legs, reflection_coefficient=legs.reflection_coefficient * left)
+        legs = legs.times(left)
     both = legs, legs
     if roughness is not None and seed is not None:
         moved = replace(roughness, depth=bed)

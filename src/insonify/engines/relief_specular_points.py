@@ -13,21 +13,23 @@ to the image of its end, in water that is mirrored in the surface.
 
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._relief_specular_points_kernel import (
-    GRAZING_SINE,
-    LENGTH,
-    PLANE_HESSIAN,
-    SECANT,
     PathEnds,
     TerrainSpline,
     nodes_of_sign_changes,
-    paths_with_curvature,
     stationary_points,
+)
+from insonify.engines._specular_legs_kernel import (
+    FamilyRows,
+    SpecularColumns,
+    SpecularPoints,
+    write_specular_legs,
+    write_specular_points,
 )
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
 from insonify.propagation.glints import leg_rows
@@ -50,28 +52,6 @@ SIGN_NODES = 2
 """Nodes to either side among which the gradient changes sign about a stationary point [1]."""
 MAX_SPECULAR_POINTS = 64
 """Points of one path that are kept, the strongest [1]."""
-AIRY = 0.795
-"""Curvature at a caustic whose stationary phase equals Airy's Ai(0), over k^(-1/3) c^(2/3), c the third derivative of
-the path length: 2 pi / (2 pi Ai(0))^2 / 2^(2/3) [1]."""
-
-
-class SpecularPoints(NamedTuple):
-    """Specular points of one family, n of them, the strongest first."""
-
-    position: Floats
-    """North, east, depth [m], shape (n, 3)."""
-    length: Floats
-    """Path length, in layered water the travel time times the speed of its uppermost knot [m], shape (n,)."""
-    focusing: Floats
-    """Pressure re 1 m times `length` [1], shape (n,): in water of one speed, pressure re that off the tangent plane."""
-    caustics: NDArray[np.uint8]
-    """Caustics touched [1], shape (n,)."""
-    grazing_sine: Floats
-    """Sine of the grazing angle at the ground [1], shape (n,)."""
-    scale: float
-    """Length of the waves of the seabed below which they are left to the coherent loss [m]."""
-    residual_variance: float
-    """Mean square of the ground that the search leaves out [m^2]; 0 of waves, whose spectrum is known."""
 
 
 def family_specular_points(
@@ -162,39 +142,24 @@ def _write(
     terrain: SeabedTerrain, wavelength: float,
 ) -> None:  # fmt: skip
     """Write the rows of some families between two ends."""
-    families, counts = [legs.families[one.row] for one in found], [len(one.points.length) for one in found]
-
-    def joined(name: str) -> NDArray[Any]:
-        return np.concatenate([getattr(one.points, name) for one in found])
-
-    def repeated(values: list[Any]) -> NDArray[Any]:
-        return np.repeat(np.array(values), counts, axis=0)
-
-    at, length, sine, caustics = (joined(name) for name in ("position", "length", "grazing_sine", "caustics"))
-    first, last = (repeated([[1, 1, -1 if family[k] == "S" else 1] for family in families]) for k in (0, -1))
-    away, towards = at - ends[0] * first, ends[1] * last - at
-    away /= np.linalg.norm(away, axis=1, keepdims=True)
-    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
-    coefficient = scene.seabed.reflection_coefficient_at_sine(sine) * terrain.roughness_reflection_factor(
-        sine, wavelength, repeated([one.points.scale for one in found]),
-        residual_variance=repeated([one.points.residual_variance for one in found]),
+    families = [legs.families[one.row] for one in found]
+    points = SpecularPoints(*map(np.concatenate, zip(*(one.points for one in found), strict=True)))
+    sine = points.grazing_sine
+    bottom = scene.seabed.reflection_coefficient_at_sine(sine) * terrain.roughness_reflection_factor(
+        sine, wavelength, points.scale, residual_variance=points.residual_variance
+    )
+    rows = FamilyRows(
+        np.array([one.rows.start for one in found]), np.array([len(one.points.length) for one in found]),
+        np.array([[-1.0 if name[k] == "S" else 1.0 for k in (0, -1)] for name in families]),
+        np.array([name.count("S") for name in families]),
     )  # fmt: skip
-    surface, reflections = scene.surface.reflection_coefficient(sine), repeated([name.count("S") for name in families])
-    for number in range(reflections.max()):
-        coefficient = np.where(reflections > number, coefficient * surface, coefficient)
-    row = repeated([one.row for one in found])
-    per_metre = np.log(legs.absorption[row, 0]) / legs.length[row, 0]
-    columns = {
-        "delay": length / scene.water.sound_speed, "length": length, "spreading": joined("focusing") / length,
-        "absorption": np.exp(per_metre * length), "reflection_coefficient": coefficient * 1j**caustics,
-        "caustics": caustics, "departure": away * first, "arrival": towards * last,
-    }  # fmt: skip
-    rows = np.concatenate([np.arange(one.rows.start, one.rows.stop) for one in found])
-    for name, column in columns.items():
-        getattr(result, name)[rows, 0] = column
+    surface = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
+    columns = SpecularColumns(*(getattr(result, name) for name in SpecularColumns._fields))
+    write_specular_legs(points, rows, np.array(ends), bottom, surface, scene.water.sound_speed, columns)
     if scene.water.layered:
         for family, one in zip(families, found, strict=True):
-            _write_refracted(result, one, family, ends, float(per_metre[row == one.row][0]), scene)
+            per_metre = float(np.log(legs.absorption[one.row, 0]) / legs.length[one.row, 0])
+            _write_refracted(result, one, family, ends, per_metre, scene)
 
 
 def _write_refracted(
@@ -264,16 +229,8 @@ def specular_points(
     positions = stationary_points(_starts(smooth.depth, shape, spline, ends), spline, ends)
     if not len(positions):
         return None
-    points = _at(spline, positions, ends, wavelength, wave, residual)
-    if not keeps_all:
-        return points
-    exact = np.column_stack([points.position[:, :2], terrain.depth_at(*points.position[:, :2].T)])
-    # stationary: to second order
-    if water.depth.size:
-        length = rays_to(exact, begin, water)[:, 3] + rays_to(exact, stop, water)[:, 3]
-    else:
-        length = np.linalg.norm(exact - begin, axis=1) + np.linalg.norm(exact - stop, axis=1)
-    return points._replace(position=exact, length=length)
+    exact_depth = terrain.depth_at(*positions.T) if keeps_all else np.empty(0)
+    return _with_pressures(positions, exact_depth, spline, ends, wavelength, wave, residual)
 
 
 def _starts(depth: Floats, shape: tuple[int, int], terrain: TerrainSpline, ends: PathEnds) -> Floats:
@@ -284,24 +241,14 @@ def _starts(depth: Floats, shape: tuple[int, int], terrain: TerrainSpline, ends:
     return np.asarray(nodes_of_sign_changes(depth, shape, MARGIN, terrain, ends, SIGN_NODES))
 
 
-def _at(
-    terrain: TerrainSpline, positions: Floats, ends: PathEnds, wavelength: float, scale: float, residual: float
-) -> SpecularPoints:
-    """Pressure of the path by each stationary point, the strongest first."""
-    wavenumber, reach, water = 2 * np.pi / wavelength, scale / 8, ends.water
-    points, rows, curvature, change = paths_with_curvature(positions, terrain, ends, reach)
-    length, sine = rows[:, LENGTH], rows[:, GRAZING_SINE]
-    plane = np.linalg.det(rows[:, [PLANE_HESSIAN + k for k in (0, 1, 1, 2)]].reshape(-1, 2, 2))
-    min_curvature = AIRY * (np.abs(change) / (2 * reach)) ** (2 / 3) * wavenumber ** (-1 / 3)
-    value = np.where(curvature < 0, -1, 1) * np.maximum(np.abs(curvature), min_curvature)
-    focusing = np.sqrt(plane / np.maximum(np.abs(value[:, 0] * value[:, 1]), 1e-12))
-    if water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances
-        spreading_distance = [rays_to(points, end, water)[:, 5] for end in (ends.begin, ends.stop)]
-        spreading = spreading_distance[0] * spreading_distance[1] * np.sqrt(plane)
-        focusing *= length * sine * rows[:, SECANT] / spreading
-        sine = sine * np.interp(points[:, 2], water.depth, water.speed) / water.speed[0]
-    order = np.argsort(-focusing / length, kind="stable")[:MAX_SPECULAR_POINTS]
-    return SpecularPoints(
-        points[order], length[order], focusing[order], np.sum(value[order] < 0, axis=1).astype(np.uint8), sine[order],
-        scale, residual,
-    )  # fmt: skip
+def _with_pressures(
+    positions: Floats, exact_depth: Floats, terrain: TerrainSpline, ends: PathEnds, wavelength: float, scale: float,
+    residual_variance: float,
+) -> SpecularPoints:  # fmt: skip
+    """Specular points at stationary points, the strongest first; see `write_specular_points`."""
+    count = min(len(positions), MAX_SPECULAR_POINTS)
+    length, focusing, sine, scales, residuals = np.empty((5, count))
+    scales[:], residuals[:] = scale, residual_variance
+    result = SpecularPoints(np.empty((count, 3)), length, focusing, np.empty(count, np.uint8), sine, scales, residuals)
+    write_specular_points(positions, exact_depth, terrain, ends, wavelength, scale / 8, result)
+    return result

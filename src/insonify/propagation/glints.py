@@ -397,7 +397,7 @@ def bounce_times(
 
 def leg_rows(legs: Legs, rows: list[int], points: NDArray[np.int64] | None = None) -> Legs:
     """Select rows of legs, repeated ones too, to some of their points or to all, as copies of the columns."""
-    part = rows if points is None else (np.array(rows)[:, None], points)
+    part = np.array(rows, np.intp) if points is None else (np.array(rows)[:, None], points)
     columns = {name: getattr(legs, name)[part] for name in LEG_COLUMNS}
     caustic = None if legs.caustic is None else legs.caustic[part]
     expansion = legs.aperture_expansion

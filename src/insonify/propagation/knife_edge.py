@@ -177,7 +177,8 @@ def _near(
     boxes, near_points, points = len(scene.boxes), [], scatterers.position
     aside = 0.0
     if scatterers.boundary == BOUNDARY_ECHO:  # slopes turn paths aside from the straight line between both ends
-        aside = float(np.nanmax(legs.length * np.hypot(*np.moveaxis(legs.arrival[..., :2], -1, 0)), initial=0.0))
+        across = legs.length * np.hypot(legs.arrival[..., 0], legs.arrival[..., 1])
+        aside = float(np.fmax.reduce(across, axis=None, initial=0.0))
     if boxes:
         max_offset = edge_clearance(longest, wavelength, far_from_boxes) + aside
         near_points = points_near_cylinders(scene, position, points, max_offset, legs.arrival, targets=slice(boxes))

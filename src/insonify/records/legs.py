@@ -127,6 +127,10 @@ class Legs:
         product = product if self.caustic is None else product * self.caustic
         return product if self.glints is None else product * self.glints.phasor
 
+    def times(self, factor: Floats | NDArray[np.complex128]) -> "Legs":
+        """The legs with a factor on their reflection coefficients [1], shape (f, n)."""
+        return replace(self, reflection_coefficient=self.reflection_coefficient * factor)
+
 
 def joined_legs(first: Legs, second: Legs) -> Legs:
     """Rows of two sets of legs between the same end and the same points."""
