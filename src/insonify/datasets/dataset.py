@@ -19,8 +19,10 @@ from insonify.datasets.dataset_folder import DatasetFolder
 from insonify.datasets.rendered_scene import SceneImage, scene_images
 from insonify.datasets.swath import PlacementError
 from insonify.datasets.typed_values import read_typed
+from insonify.kernel_compilation import compile_ahead
 from insonify.part import Part
 from insonify.scenario.diagnostic import ScenarioError
+from insonify.scenario.features import scenario_features
 from insonify.scenario.load import load, load_scenario
 from insonify.scenario.scenario import Scenario
 from insonify.thread_count import thread_count
@@ -93,6 +95,8 @@ def _make_scenes(
     missing = folder.missing(mine)
     report(len(mine) - len(missing), len(mine))
     count = min(thread_count(processes), max(len(missing), 1))
+    if missing:
+        compile_ahead(scenario_features(folder.base, labels=True), count)
     with ExitStack() as stack:
         run: Callable[..., Iterator[list[str]]] = map
         if count == 1:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.caller_warning import warn_caller
+from insonify.kernel_compilation import compile_ahead
 from insonify.malloc_tuning import keep_freed_memory
 from insonify.processing.recorder import instrument_recording
 from insonify.propagation.bounding_cylinders import bounding_cylinders
@@ -28,6 +29,7 @@ from insonify.real_time.platform_pose import PlatformPose
 from insonify.real_time.pose_errors import require_in_water
 from insonify.records.recording import RecordingLayout, recording_dataset
 from insonify.scenario.attributes import attributes
+from insonify.scenario.features import scenario_features
 from insonify.scenario.pings import require_index
 from insonify.scenario.platform_poses import platforms
 from insonify.scenario.recording_layout import navigation_systems, recording_layout
@@ -104,6 +106,7 @@ class LiveSonar:
         self._count, self._time, self._last = 0, 0.0, list[PlatformPose]()
         self._navigation = navigation_systems(self.scenario, self._poses)
         keep_freed_memory()
+        compile_ahead(scenario_features(scenario), thread_count(threads))
 
     @property
     def scenario(self) -> Scenario:
