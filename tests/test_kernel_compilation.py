@@ -95,7 +95,7 @@ cell = ["insonify.engines._resolution_kernel:ResolutionCell", *["float64"] * 5]
 def record(name, feature):
     return known.RecordedKernel(module, name, [cell, "float64 1 C", "float64", "float64 1 C"], 1.0, [[feature]])
 kernels = record("ground", "here"), record("cell_areas", "here"), record("ground", "elsewhere")
-wrong = known.RecordedKernel(module, "no_such_kernel", [], 9.0, [["here"]])
+wrong = known.RecordedKernel("insonify.units", "no_such_kernel", [], 9.0, [["here"]])
 known.recorded_kernels = lambda: (*kernels, wrong)
 ahead.LEAST_SECONDS, ahead._process_count = 0.0, lambda threads: 2
 ahead.report_compilation(lambda *numbers: print(numbers))
@@ -110,10 +110,27 @@ print([kernel.name for kernel in known.missing_kernels({"here"})])
     assert lines[-1] == "['no_such_kernel']"  # compiled when it is called, if ever
 
 
+def test_kernels_that_share_others_go_to_one_process():
+    """The draw calls kernels of the gain: the process that has the one takes the other, a second one something else.
+
+    With nothing else to do, a third process takes it all the same.
+    """
+    engines = "insonify.engines."
+    names = ("_gain_envelope_kernel", "_draw_kernel", "_resolution_kernel")
+    groups = [[RecordedKernel(engines + name, "any", [], 9.0 - n, [[]])] for n, name in enumerate(names)]
+    waiting, taken, first, second = list(groups), set(), set(), set()
+    assert kernel_compilation._next_group(waiting, first, taken) == groups[0]
+    assert kernel_compilation._next_group(waiting, second, taken) == groups[2]
+    assert kernel_compilation._next_group(waiting, first, taken) == groups[1]
+    assert kernel_compilation._next_group([groups[1]], set(), {engines + names[0]}) == groups[1]
+    with pytest.raises(ValueError):
+        kernel_compilation._next_group([], set(), set())
+
+
 def test_without_processes_nothing_is_compiled_ahead(monkeypatch):
     """A Python that cannot be started, or one that ends at once, changes nothing."""
-    kernel = RecordedKernel("insonify.jit", "nothing", [], 60.0, [["here"]])
-    monkeypatch.setattr(kernel_compilation, "missing_kernels", lambda features: [kernel, kernel])
+    kernels = [RecordedKernel(f"insonify.{name}", "nothing", [], 60.0, [["here"]]) for name in ("jit", "units")]
+    monkeypatch.setattr(kernel_compilation, "missing_kernels", lambda features: kernels)
     monkeypatch.setattr(kernel_compilation, "_process_count", lambda threads: 2)
     seen: list[tuple[int, ...]] = []
     monkeypatch.setattr(kernel_compilation, "_REPORTS", [lambda *numbers: seen.append(numbers)])

@@ -9,11 +9,10 @@ import os
 import subprocess
 import sys
 import threading
-from collections import deque
 from collections.abc import Callable, Set
 from contextlib import suppress
 
-from insonify.kernel_signatures import PACKAGE, RecordedKernel, decoded, kernel_of, missing_kernels
+from insonify.kernel_signatures import PACKAGE, RecordedKernel, decoded, kernel_of, missing_kernels, shares_kernels
 from insonify.machine_memory import available_memory
 from insonify.thread_count import thread_count
 
@@ -24,6 +23,8 @@ MEMORY = 600e6
 MAX_PROCESSES = 16
 SETTING = "INSONIFY_COMPILE_PROCESSES"
 """Environment variable: largest number of processes; below 2, kernels are compiled when they are called."""
+Group = list[RecordedKernel]
+"""Kernels of one module."""
 Report = Callable[[int, int, int], None]
 """Function of the numbers of kernels that are compiled, of all, and of processes."""
 _REPORTS: list[Report] = []
@@ -52,9 +53,9 @@ def compile_ahead(features: Set[str], threads: int | None = None) -> None:
         if key in _DONE or (processes := _process_count(threads)) < 2:
             return
         _DONE.add(key)
-        kernels = sorted(missing_kernels(key), key=lambda kernel: -kernel.seconds)
-        if len(kernels) >= 2 and sum(kernel.seconds for kernel in kernels) > LEAST_SECONDS:
-            _compile(kernels, min(processes, len(kernels)))
+        groups = _groups(missing_kernels(key))
+        if len(groups) >= 2 and sum(kernel.seconds for group in groups for kernel in group) > LEAST_SECONDS:
+            _compile(groups, min(processes, len(groups)))
 
 
 def _process_count(threads: int | None) -> int:
@@ -66,10 +67,44 @@ def _process_count(threads: int | None) -> int:
     return min(most, thread_count(threads), int(available_memory() / MEMORY))
 
 
-def _compile(kernels: list[RecordedKernel], processes: int) -> None:
-    """Compile kernels by a number of processes."""
-    waiting, count, done = deque(kernels), len(kernels), 0
-    lock = threading.Lock()
+def _groups(kernels: list[RecordedKernel]) -> list[Group]:
+    """Kernels by module, the longest to compile first: those of one module call the same other kernels."""
+    by_module: dict[str, list[RecordedKernel]] = {}
+    for kernel in kernels:
+        by_module.setdefault(kernel.module, []).append(kernel)
+    return sorted(by_module.values(), key=lambda group: -sum(kernel.seconds for kernel in group))
+
+
+def _next_group(waiting: list[Group], own: set[str], taken: set[str]) -> Group:
+    """Take the next group of a process: the longest, but first those that share kernels with groups that it has had.
+
+    A group that shares kernels with one that another process has is taken last: both would compile these.
+
+    Args:
+        waiting: Groups, the longest first; changed.
+        own: Modules that the process has had; changed.
+        taken: Modules that any process has had; changed.
+
+    Raises:
+        ValueError: None is waiting.
+    """
+
+    def rank(group: Group) -> int:
+        if any(shares_kernels(group[0].module, module) for module in own):
+            return 0
+        return 2 if any(shares_kernels(group[0].module, module) for module in taken) else 1
+
+    chosen = min(waiting, key=rank)
+    waiting.remove(chosen)
+    own.add(chosen[0].module)
+    taken.add(chosen[0].module)
+    return chosen
+
+
+def _compile(groups: list[Group], processes: int) -> None:
+    """Compile groups of kernels by a number of processes, each group by one."""
+    waiting, count, done = list(groups), sum(map(len, groups)), 0
+    lock, taken = threading.Lock(), set[str]()
 
     def report(finished: int) -> None:
         nonlocal done
@@ -80,13 +115,17 @@ def _compile(kernels: list[RecordedKernel], processes: int) -> None:
 
     def employ(worker: subprocess.Popen[str]) -> None:
         assert worker.stdin is not None and worker.stdout is not None
-        with suppress(OSError, IndexError):  # the process has ended; or nothing is waiting
+        own = set[str]()
+        with suppress(OSError, ValueError):  # the process has ended; or nothing is waiting
             while True:
-                worker.stdin.write(json.dumps(waiting.popleft()) + "\n")
-                worker.stdin.flush()
-                if not worker.stdout.readline():
-                    return
-                report(1)
+                with lock:
+                    group = _next_group(waiting, own, taken)
+                for kernel in group:
+                    worker.stdin.write(json.dumps(kernel) + "\n")
+                    worker.stdin.flush()
+                    if not worker.stdout.readline():
+                        return
+                    report(1)
 
     path = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     workers: list[subprocess.Popen[str]] = []

@@ -69,6 +69,12 @@ def missing_kernels(features: Set[str]) -> list[RecordedKernel]:
     return [k for k in needed if (sources[k.module].parent, f"{sources[k.module].stem}.{k.name}") not in compiled]
 
 
+@cache
+def shares_kernels(module: str, other: str) -> bool:
+    """Return True if one of two modules imports the other, whose kernels it then calls."""
+    return any(f"from {b} import" in _source(a).read_text() for a, b in ((module, other), (other, module)))
+
+
 def _source(module: str) -> Path:
     """Source file of a module of the package."""
     return PACKAGE.joinpath(*module.split(".")[1:]).with_suffix(".py")

@@ -25,7 +25,7 @@ def scenario_features(scenario: Scenario, *, labels: bool = False) -> frozenset[
         "knife edge": paths.edge_diffraction == "knife-edge",
         "slice": paths.geometry == "slice",
         "tracer": paths.engine == "tracer",
-        "moving": track.kind != "static",
+        "moving": track.kind != "static" and getattr(track, "speed", None) != 0 and not track.stop_and_hop,
         "two platforms": scenario.receiver_track is not None,
         "elements": receiver.record == "elements",
         "many beams": sonar.beam_count > 1,
