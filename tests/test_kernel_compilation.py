@@ -184,6 +184,9 @@ def test_machine_setting_limits_the_processes(monkeypatch):
     assert kernel_compilation._process_count(5) == 5
     monkeypatch.setattr(kernel_compilation, "available_memory", lambda: 2 * kernel_compilation.MEMORY)
     assert kernel_compilation._process_count(None) == 2
+    for program in ("", None, "/opt/viewer/bin/viewer"):
+        monkeypatch.setattr(sys, "executable", program)
+        assert kernel_compilation._process_count(None) == 0
 
 
 def test_missing_kernels_are_those_without_an_index(monkeypatch, tmp_path):

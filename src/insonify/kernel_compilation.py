@@ -59,7 +59,12 @@ def compile_ahead(features: Set[str], threads: int | None = None) -> None:
 
 
 def _process_count(threads: int | None) -> int:
-    """Number of processes that fit this machine, where a number of threads is requested, or None."""
+    """Number of processes that fit this machine, where a number of threads is requested, or None.
+
+    None where this program is not Python itself, but one that contains it: it would start another of its own.
+    """
+    if not os.path.basename(sys.executable or "").lower().startswith(("python", "pypy")):
+        return 0
     try:
         most = int(os.environ.get(SETTING, MAX_PROCESSES))
     except ValueError:

@@ -104,6 +104,7 @@ def test_a_receiver_that_fits_is_not_warned_of_and_is_written_back():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         scenario = quiet(
+            {"kind": "line", "length": "25 cm", "elements": 20},
             water={"noise": {"wind_speed": "3 m/s", "rain_rate": 0, "directionality": "surface", "shipping": 0.2}},
             self_noise={"level_db": "25 dB", "tones": [{"frequency": "58 kHz", "level_db": "60 dB"}]},
             crosstalk={"feedthrough_db": -120, "neighbours_db": -40}, blanking="1 ms",
