@@ -21,6 +21,7 @@ LEAST_SECONDS = 8.0
 MEMORY = 600e6
 """Memory of one process [bytes]."""
 MAX_PROCESSES = 16
+"""Largest number of processes."""
 SETTING = "INSONIFY_COMPILE_PROCESSES"
 """Environment variable: largest number of processes; below 2, kernels are compiled when they are called."""
 Group = list[RecordedKernel]
@@ -59,9 +60,9 @@ def compile_ahead(features: Set[str], threads: int | None = None) -> None:
 
 
 def _process_count(threads: int | None) -> int:
-    """Number of processes that fit this machine, where a number of threads is requested, or None.
+    """Largest number of processes for this machine and a requested number of threads.
 
-    None where this program is not Python itself, but one that contains it: it would start another of its own.
+    It is 0 where the interpreter is part of another program, whose executable cannot run a module of Python.
     """
     if not os.path.basename(sys.executable or "").lower().startswith(("python", "pypy")):
         return 0
@@ -81,14 +82,14 @@ def _groups(kernels: list[RecordedKernel]) -> list[Group]:
 
 
 def _next_group(waiting: list[Group], own: set[str], taken: set[str]) -> Group:
-    """Take the next group of a process: the longest, but first those that share kernels with groups that it has had.
+    """Remove and return the next group for a process: the longest, but first those that share kernels with its own.
 
-    A group that shares kernels with one that another process has is taken last: both would compile these.
+    A group that shares kernels with one of another process comes last: both would compile these.
 
     Args:
         waiting: Groups, the longest first; changed.
-        own: Modules that the process has had; changed.
-        taken: Modules that any process has had; changed.
+        own: Modules assigned to the process; changed.
+        taken: Modules assigned to any process; changed.
 
     Raises:
         ValueError: None is waiting.
@@ -118,7 +119,7 @@ def _compile(groups: list[Group], processes: int) -> None:
             for reported in _REPORTS:
                 reported(done, count, processes)
 
-    def employ(worker: subprocess.Popen[str]) -> None:
+    def send_groups(worker: subprocess.Popen[str]) -> None:
         assert worker.stdin is not None and worker.stdout is not None
         own = set[str]()
         with suppress(OSError, ValueError):  # the process has ended; or nothing is waiting
@@ -143,11 +144,11 @@ def _compile(groups: list[Group], processes: int) -> None:
                     stderr=subprocess.DEVNULL, text=True, env=os.environ | {"PYTHONPATH": path, SETTING: "0"},
                 )
             )  # fmt: skip
-        employers = [threading.Thread(target=employ, args=(worker,), daemon=True) for worker in workers]
-        for employer in employers:
-            employer.start()
-        for employer in employers:
-            employer.join()
+        senders = [threading.Thread(target=send_groups, args=(worker,), daemon=True) for worker in workers]
+        for sender in senders:
+            sender.start()
+        for sender in senders:
+            sender.join()
     except OSError:  # no process can be started here
         return
     finally:

@@ -3,7 +3,7 @@
 A kernel is compiled for the types of its arguments when it is first called, one kernel after the other: a first run of
 a kind of scenario waits for a minute or two. The signatures that each kind needs are recorded in a file of the package
 by `benchmarks/record_kernels.py`, so that they can be compiled before, on all cores (`insonify.kernel_compilation`),
-and their time be estimated. A kernel or a signature that is not recorded is compiled when it is called, as ever.
+and their time be estimated. A kernel or a signature that is not recorded is compiled when it is called.
 """
 
 import json
@@ -63,9 +63,11 @@ def missing_kernels(features: Set[str]) -> list[RecordedKernel]:
     """
     needed = [kernel for kernel in recorded_kernels() if kernel.is_needed(features)]
     sources = {kernel.module: _source(kernel.module) for kernel in needed}
-    beside, compiled = cache_folder(PACKAGE), set()
+    folder_of_code, compiled = cache_folder(PACKAGE), set()
     for folder in {source.parent for source in sources.values()}:
-        compiled |= {(folder, path.name.partition("-")[0]) for path in beside(folder).glob(f"*{_python_tag()}.nbi")}
+        compiled |= {
+            (folder, path.name.partition("-")[0]) for path in folder_of_code(folder).glob(f"*{_python_tag()}.nbi")
+        }
     return [k for k in needed if (sources[k.module].parent, f"{sources[k.module].stem}.{k.name}") not in compiled]
 
 

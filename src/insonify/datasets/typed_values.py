@@ -1,4 +1,4 @@
-"""Values of the files of a data set as they were typed, and those that differ from the ones of another day."""
+"""Values of the files of a data set as they were typed, and the differences between two versions of these files."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
