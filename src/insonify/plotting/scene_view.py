@@ -30,7 +30,7 @@ WIDE, SECTION = 9.0, 2.7
 """Width of the map and height of the vertical plane [inch]."""
 PLANES = 200
 """Largest number of pings whose beams are searched for targets [1]."""
-CLEARANCE_RATIO = 0.05
+MAX_OFFSET_RATIO = 0.05
 """Largest offset of a target from the plane of a beam to be drawn in it, relative to its distance [1]."""
 CELLS = 500, 160
 """Cells of the beam along range and depth."""
@@ -162,7 +162,7 @@ def _targets(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: in
         aside = offset[:, 1] * np.cos(bearing) - offset[:, 0] * np.sin(bearing)
         distance = np.where((along <= 0) | (along > far), np.inf, np.abs(aside))
         nearest = int(np.argmin(distance))
-        if distance[nearest] > half + spacing + CLEARANCE_RATIO * along[nearest]:
+        if distance[nearest] > half + spacing + MAX_OFFSET_RATIO * along[nearest]:
             continue
         middle, top = sign * along[nearest], low[2]
         outline = np.empty((0, 2, 2))

@@ -7,10 +7,12 @@ that parabola by less than a thousandth of the displacement.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.sonar.track.poses import Poses
 
 Floats = NDArray[np.float64]
@@ -43,7 +45,7 @@ class PlatformMotion:
         """
         path = self.position[:, None] + offset @ self.rotation.transpose(0, 2, 1)
         middle, last = path[1:] - path[0]
-        return path[0], *_parabola(middle, last, self.window)
+        return path[0], *parabola.py_func(middle, last, self.window)
 
     def max_displacement(self, offset: Floats) -> float:
         """Approximate largest displacement of any point fixed to the platform from its initial position [m].
@@ -130,6 +132,13 @@ def track_motion(start_poses: Poses, window_poses: tuple[Poses, Poses]) -> Track
     return TrackMotion(position, rotation, is_translating | (rotation[:, 1:] != rotation[:, :1]).any(axis=(1, 2, 3)))
 
 
-def _parabola(middle: Floats, last: Floats, window: float) -> tuple[Floats, Floats]:
-    """Velocity at the start [m/s] and acceleration [m/s^2], from displacements at middle and end [m], each (m, 3)."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def parabola(middle: Any, last: Any, window: float) -> tuple[Any, Any]:
+    """Velocity at the start [m/s] and acceleration [m/s^2] of one coordinate, or by `py_func` of arrays of any shape.
+
+    Args:
+        middle: Displacement half a window after the start [m].
+        last: Displacement a whole window after the start [m].
+        window: Length of the window [s].
+    """
     return (4 * middle - last) / window, 4 * (last - 2 * middle) / window**2

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
+from insonify.sonar.platform_motion import parabola
 
 Floats = NDArray[np.float64]
 
@@ -32,7 +33,6 @@ def fill_kinematics(
         for moment in range(3):
             row = rotation[moment, axis]
             path[moment] = position[moment, axis] + (arm[0] * row[0] + arm[1] * row[1] + arm[2] * row[2])
-        middle, last = path[1] - path[0], path[2] - path[0]
-        velocity[axis], acceleration[axis] = (4 * middle - last) / window, 4 * (last - 2 * middle) / window**2
+        velocity[axis], acceleration[axis] = parabola(path[1] - path[0], path[2] - path[0], window)
         square += velocity[axis] * velocity[axis]
     return math.sqrt(square)
