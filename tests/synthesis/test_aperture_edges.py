@@ -43,7 +43,8 @@ def deposited(paired, *, kernel=deposit_on_elements, first_time=0.0, cells=2000,
     grid = np.zeros((len(channels.position), groups, cells, together), np.complex64)
     nodes = (aperture_nodes(*own[:3], 6.0, 0.04, SPEED / CARRIER), NO_SECTOR) if kernel is deposit_on_elements else ()
     reception = Reception(first_time, RATE, CARRIER, basis, ArrayWater(1 / SPEED, 0.0, 1e-3, False, middle))
-    kernel(grid, PairedLegs(pair, sent, back, strength), channels, *nodes, reception)
+    grids = (grid, grid[:0]) if nodes else (grid,)
+    kernel(*grids, PairedLegs(pair, sent, back, strength), channels, *nodes, reception)
     return grid
 
 

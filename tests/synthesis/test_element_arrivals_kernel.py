@@ -64,7 +64,7 @@ def test_nodes_interpolate_to_each_element(elements, bent, patterns, dopplers, v
     nodes = aperture_nodes(*receive_beams[:3], nearest, 0.04, SPEED / CARRIER)
     assert bent or len(nodes.position) < elements / 2
     few, each = silence(elements, dopplers), silence(elements, dopplers)
-    deposit_on_elements(few, *begin, nodes, NO_SECTOR, *end)
+    deposit_on_elements(few, few[:0], *begin, nodes, NO_SECTOR, *end)
     spread_echoes(each, *begin, *end)
     assert np.linalg.norm(few - each) < 2e-6 * np.linalg.norm(each)
 
@@ -79,7 +79,7 @@ def test_crowded_echoes_come_to_each_element(dopplers, velocity, bent, count):
     nearest = float(begin[0].receive.horizontal_distance.min()) if bent else NEAREST
     nodes = aperture_nodes(*receive_beams[:3], nearest, 0.04, SPEED / CARRIER)
     few, each = silence(20, dopplers), silence(20, dopplers)
-    deposit_on_elements(few, *begin, nodes, NO_SECTOR, *end)
+    deposit_on_elements(few, few[:0], *begin, nodes, NO_SECTOR, *end)
     spread_echoes(each, *begin, *end)
     assert np.linalg.norm(few - each) < 3e-6 * np.linalg.norm(each)
 
@@ -90,7 +90,7 @@ def test_echoes_before_the_grid_are_not_received_by_way_of_a_second_part():
     end = (end[0]._replace(first_time=0.028),)
     nodes = aperture_nodes(*receive_beams[:3], NEAREST, 0.04, SPEED / CARRIER)
     few, each = silence(8, 1), silence(6, 1)
-    deposit_on_elements(few[1:7], *begin, nodes, NO_SECTOR, *end)
+    deposit_on_elements(few[1:7], few[:0], *begin, nodes, NO_SECTOR, *end)
     spread_echoes(each, *begin, *end)
     assert not few[0].any() and not few[7].any() and each.any()
     assert np.linalg.norm(few[1:7] - each) < 1e-5 * np.linalg.norm(each)
@@ -104,7 +104,7 @@ def test_elements_off_a_line_are_evaluated_one_by_one():
     assert isinstance(nodes, ApertureNodes) and len(nodes.position) == 12
     begin = (*begin[:-1], receive_beams._replace(position=place))
     few, each = silence(12, 3), silence(12, 3)
-    deposit_on_elements(few, *begin, nodes, NO_SECTOR, *end)
+    deposit_on_elements(few, few[:0], *begin, nodes, NO_SECTOR, *end)
     spread_echoes(each, *begin, *end)
     assert np.linalg.norm(few - each) < 1e-6 * np.linalg.norm(each)
 

@@ -93,9 +93,9 @@ def test_echoes_from_below_are_evaluated_element_by_element(monkeypatch, changes
         accumulator, parts = simulator.coherent_accumulator(here), []
         deposit = element_arrivals.deposit_on_elements
 
-        def counted(cells, legs, receive_beams, nodes, sector, reception):
+        def counted(cells, points, legs, receive_beams, nodes, sector, reception):
             parts.append((len(nodes.series), np.count_nonzero(legs.strength)))
-            deposit(cells, legs, receive_beams, nodes, sector, reception)
+            deposit(cells, points, legs, receive_beams, nodes, sector, reception)
 
         with monkeypatch.context() as patched:
             patched.setattr(element_arrivals, "deposit_on_elements", counted)

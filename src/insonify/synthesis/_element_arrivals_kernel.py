@@ -41,6 +41,7 @@ from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH
 from insonify.synthesis._polynomial_moments import MARGIN, WINDOW, deposit_moments, empty_window, gather_moments
 from insonify.synthesis._simd_gridding import mix_series
 from insonify.synthesis._waveform_basis_kernel import (
+    BasisWeights,
     basis_weights,
     deposit_waveforms,
 )
@@ -61,17 +62,27 @@ _FAR = 1e9
 _FAST = {"contract", "nsz", "arcp"}  # no reassociation: the order of sums would follow from the cache
 
 
-class ArraySector(NamedTuple):
-    """Sector so narrow that p interpolation points along an array determine the echoes at all its elements."""
+class SectorLimits(NamedTuple):
+    """Limits of a sector so narrow that a few interpolation points along an array determine all its elements."""
 
-    point_count: int
-    """Number of interpolation points, p; 0: no interpolation."""
     max_delay_slope: float
     """Largest change of an echo's delay along half the array [s]."""
     curvature_phase: float
     """Curvature phase: the phase at the array's ends is this over the delay [rad s]."""
     max_residual_phase: float
     """Largest deviation of the phase at its ends from that [rad]."""
+    half_pulse: float
+    """Half the duration of the received pulse [s]."""
+    min_delay: float
+    """Least delay of an echo, longer than that [s]."""
+
+
+class ArraySector(NamedTuple):
+    """Sector of an array, whose echoes are deposited at interpolation points."""
+
+    limits: SectorLimits
+    basis: BasisWeights
+    """Weights of its echoes in its own waveforms."""
 
 
 class PairedLegs(NamedTuple):
@@ -187,22 +198,23 @@ def _locate_centres(time: Floats, count: int, reception: Reception, echoes: _Ech
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _fill_spikes(
-    second: float, third: float, pattern_gain: Singles, last: int, cells_per_cycle: float, echoes: _Echoes,
-    spikes: _Spikes, rows: tuple[int, int, int],
+    polynomials: tuple[float, float], pattern_gain: Singles, last: int, cells_per_cycle: float,
+    coordinate: tuple[float, float], echoes: _Echoes, spikes: _Spikes, rows: tuple[int, int, int],
 ) -> None:  # fmt: skip
     """Cells and weights of some echoes at one element, from their series.
 
     Args:
-        second: Second polynomial at the element.
-        third: Third polynomial there.
+        polynomials: Second and third polynomial at the element.
         pattern_gain: Gain of the element [1], for each echo; or empty: 1.
         last: One past the last cell in which a spike may start.
         cells_per_cycle: Cells per cycle of the carrier.
+        coordinate: Factor and shift from coordinates of echoes to those in the channel's waveform basis.
         echoes: Echoes.
         spikes: Spikes, whose columns from the series are filled already.
         rows: First echo, one past the last, and first spike of the element.
     """
     first, number, begin = np.uintp(rows[0]), rows[1] - rows[0], np.uintp(rows[2] + rows[0])
+    second, third = polynomials
     count, phase, cell, centre = whole_vectors(number), echoes.turns, echoes.cell, echoes.centre
     mixed, turns, first_cell, fraction, weight = spikes
     ratio, end, half, one = np.float32(cells_per_cycle), np.int32(last), np.float32(0.5), np.float32(1)
@@ -222,9 +234,10 @@ def _fill_spikes(
         at = np.int32(cell[first + np.uintp(m)] + np.int32(whole))
         first_cell[k] = at if (at >= 0) & (at < end) else np.int32(-1)
         fraction[k] = fraction[k] - whole - half
+    factor, shift = np.float32(coordinate[0]), np.float32(coordinate[1])
     for m in range(count):
         k = begin + np.uintp(m)
-        mixed[2, k] = min(max(mixed[2, k], -one), one)
+        mixed[2, k] = min(max(factor * mixed[2, k] + shift, -one), one)
     for m in range(count):
         i, k = first + np.uintp(m), begin + np.uintp(m)
         sine, cosine = sincos_of_few(turns[1, m] + mixed[0, k])
@@ -235,26 +248,35 @@ def _fill_spikes(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _partition_by_sector(
-    slope: Floats, curvature: Floats, count: int, half_curvature: float, centre_delay: Floats, sector: ArraySector,
-    new_index: NDArray[np.int32],
+    series: EchoSeries, count: int, frequency: float, centre_delay: Floats, limits: SectorLimits,
+    change_of_coordinate: tuple[float, float], new_index: NDArray[np.int32],
 ) -> int:  # fmt: skip
     """New index of each echo, those of the sector before the others; return their number.
 
     Args:
-        slope: Linear term of the delay along the array [s], (count or more,).
-        curvature: Quadratic term [s], (count or more,).
+        series: Series of the echoes.
         count: Number of echoes.
-        half_curvature: Phase at the array's ends by the quadratic term [rad/s].
+        frequency: Carrier frequency [Hz].
         centre_delay: Their delays at the array's centre [s], (count or more,).
-        sector: The sector.
+        limits: Limits of the sector.
+        change_of_coordinate: Factor and shift from coordinates in the waveform basis to those in that of the sector.
         new_index: Result: new index of each echo, (count or more,).
     """
-    in_sector = 0
+    half_curvature = 2 * math.pi * series.half_curvature * frequency  # phase at the array's ends [rad/s]
+    slope, curvature, coordinate, coordinate_slope = (
+        series.time[1], series.time[2], series.single[1, 0], series.single[1, 1],
+    )  # fmt: skip
+    in_sector, (factor, shift) = 0, change_of_coordinate
     for m in range(count):
+        delay = max(centre_delay[m], limits.min_delay)
+        phase = limits.curvature_phase / delay
+        # samples of the pulse have the curvature of their own times
+        residual = abs(half_curvature * curvature[m] - phase) + phase * limits.half_pulse / (delay - limits.half_pulse)
         within = (
-            abs(slope[m]) <= sector.max_delay_slope
-            and abs(half_curvature * curvature[m] - sector.curvature_phase / centre_delay[m])
-            <= sector.max_residual_phase
+            abs(slope[m]) <= limits.max_delay_slope
+            and residual <= limits.max_residual_phase
+            and centre_delay[m] >= limits.min_delay
+            and abs(factor * coordinate[m] + shift) + abs(factor * coordinate_slope[m]) <= 1
         )
         new_index[m] = in_sector if within else -1
         in_sector += within
@@ -322,8 +344,9 @@ def _gather_expansion(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _partition_series(
-    series: EchoSeries, source_weight: Singles, count: int, reception: Reception, sector: ArraySector,
-    centre_delay: Floats, work: tuple[_Echoes, NDArray[np.int32]], echoes: _Echoes,
+    series: EchoSeries, source_weight: Singles, count: int, reception: Reception,
+    sector: tuple[SectorLimits, tuple[float, float]], centre_delay: Floats, work: tuple[_Echoes, NDArray[np.int32]],
+    echoes: _Echoes,
 ) -> int:  # fmt: skip
     """Move the series of the echoes of the sector before the others; return their number.
 
@@ -332,24 +355,16 @@ def _partition_series(
         source_weight: Weights, real and imaginary parts alternating.
         count: Number of echoes.
         reception: Time grid, carrier and water.
-        sector: The sector; of no points: none.
+        sector: Limits of the sector, and factor and shift from coordinates in the waveform basis to those in its own.
         centre_delay: Delays at the array's centre [s].
         work: Work arrays.
         echoes: Result: the echoes.
     """
     terms, frequency, in_sector, (unsorted, new_index) = echoes.series.shape[1], reception.frequency, 0, work
-    kept = few_terms(terms)
+    kept, limits = few_terms(terms), sector[0]
     _locate_centres(series.time[0], whole_vectors(count), reception, unsorted)
-    if sector.point_count > 0:
-        in_sector = _partition_by_sector(
-            series.time[1],
-            series.time[2],
-            count,
-            2 * math.pi * series.half_curvature * frequency,
-            centre_delay,
-            sector,
-            new_index,
-        )
+    if limits.max_delay_slope > 0:
+        in_sector = _partition_by_sector(series, count, frequency, centre_delay, limits, sector[1], new_index)
     else:
         for m in range(count):
             new_index[m] = m
@@ -400,19 +415,61 @@ def _spike_buffer() -> _Spikes:
     )  # fmt: skip
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def _deposit_spikes(
+    cells: NDArray[np.complex64], moments: Singles, window: int, basis: BasisWeights, share: Singles, spikes: _Spikes,
+    channels: tuple[int, int], echoes: tuple[int, int],
+) -> None:  # fmt: skip
+    """Deposit spikes of some echoes at some channels, or gather them as moments.
+
+    Args:
+        cells: Grids of pressure.
+        moments: Moments in a window.
+        window: First cell of the window; -1: nothing is gathered.
+        basis: Weights of echoes in the waveforms.
+        share: Work array for more than four waveforms.
+        spikes: The spikes.
+        channels: First channel, and number of channels.
+        echoes: First echo, and number of echoes.
+    """
+    first, count = echoes
+    batch = slice(first, _SPIKES)
+    first_cell, fraction, coordinate, weight = (
+        spikes.first_cell[batch], spikes.fraction[batch], spikes.mixed[2, batch], spikes.weight[2 * first :],
+    )  # fmt: skip
+    if window >= 0:
+        gather_moments(cells, moments, window, channels[0], channels[1], ROW, first_cell, fraction, weight, coordinate,
+                       basis, count)  # fmt: skip
+        return
+    if cells.shape[1] > 1:
+        basis_weights(coordinate, basis.node_coordinate, basis.node_scale, share)
+    deposit_waveforms(cells, channels[0], channels[1], ROW, first_cell, fraction, weight, coordinate, basis, share,
+                      count)  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _change_of_coordinate(basis: BasisWeights, other: BasisWeights) -> tuple[float, float]:
+    """Factor and shift from coordinates in one waveform basis to those in another; 0 for one waveform."""
+    if other.half_range == 0:
+        return 0.0, 0.0
+    inverse = 1 / other.half_range
+    return basis.half_range * inverse, (basis.centre_doppler - other.centre_doppler) * inverse
+
+
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_on_elements(
-    cells: NDArray[np.complex64], legs: PairedLegs, receive_beams: ReceiveBeams, nodes: ApertureNodes,
-    sector: ArraySector, reception: Reception,
+    cells: NDArray[np.complex64], point_cells: NDArray[np.complex64], legs: PairedLegs, receive_beams: ReceiveBeams,
+    nodes: ApertureNodes, sector: ArraySector, reception: Reception,
 ) -> None:  # fmt: skip
     """Deposit the echoes of one block by all pairs of legs on the cells of all elements of an array.
 
     Args:
-        cells: Grids of pressure of elements and interpolation points, (channels, groups, cells, waveforms of a group).
+        cells: Grids of pressure of the elements, (elements, groups, cells, waveforms of a group).
+        point_cells: Those of the interpolation points of the sector, likewise.
         legs: Legs of both ends, and strengths.
         receive_beams: The elements, each with its own channel.
         nodes: Nodes at which echoes are evaluated.
-        sector: Sector whose echoes go to interpolation points, which are channels after the elements.
+        sector: Sector whose echoes go to interpolation points.
         reception: Time grid, carrier and water.
     """
     pair, transmit_legs, receive_legs, strength = legs
@@ -430,13 +487,18 @@ def deposit_on_elements(
         columns[0], columns[1], columns[2], columns[3], columns[4], columns[5], columns[6], columns[7], expansion
     )
     echoes, spikes, work = _echo_buffer(terms), _spike_buffer(), (_echo_buffer(0), np.empty(TILE, np.int32))
-    basis_share = np.zeros((4 * cells.shape[1], _SPIKES if cells.shape[1] > 1 else 1), np.float32)
+    share = np.zeros((4 * max(cells.shape[1], point_cells.shape[1]), _SPIKES), np.float32)
     gain, no_gain = np.empty(TILE, np.float32), np.empty(0, np.float32)
-    uniform, moments, window = True, empty_window(cells.shape[0], cells.shape[3]), 0
+    uniform, window, cells_per_cycle = True, 0, reception.cell_rate / reception.frequency
     for e in range(elements):
         uniform = uniform and receive_beams.pattern[e] == 0
-    points, cells_per_cycle = sector.point_count if uniform else 0, reception.cell_rate / reception.frequency
-    used_sector = ArraySector(points, sector.max_delay_slope, sector.curvature_phase, sector.max_residual_phase)
+    grids, bases = (cells, point_cells), (basis, sector.basis)
+    coordinates = (1.0, 0.0), _change_of_coordinate(basis, sector.basis)
+    moments = empty_window(len(cells), cells.shape[3]), empty_window(len(point_cells), point_cells.shape[3])
+    channels, limits = (elements, len(point_cells) if uniform else 0), sector.limits
+    if not uniform:
+        limits = SectorLimits(0.0, 0.0, 0.0, 0.0, 1.0)
+    gathered = cells.shape[1] == 1, channels[1] > 0 and point_cells.shape[1] == 1
     for begin in range(0, strength.shape[1], _PART):
         total, tile_cell, last_cell = _sort_echoes(begin, reception, last, legs, flags, order)
         count, tile = 0, 0
@@ -445,7 +507,7 @@ def deposit_on_elements(
             while order.starts[tile_cell] <= tile:
                 tile_cell += 1
             near = order.starts[min(tile_cell + _TILE_CELLS, last_cell)] - tile
-            gathers = cells.shape[1] == 1 and near >= _DENSE
+            gathers = (gathered[0] or gathered[1]) and near >= _DENSE
             count = min(TILE, near if gathers else total - tile)
             echo, wide = order.echo[tile : tile + count], whole_vectors(count)
             _gather_echoes(echo, begin, legs, uniform, columns, source_weight)
@@ -454,49 +516,39 @@ def deposit_on_elements(
             if is_straight:
                 fill_series(columns, echoes_at_nodes, wide, nodes, water, basis, series)
                 in_sector = _partition_series(
-                    series, source_weight, count, reception, used_sector, columns[0], work, echoes
+                    series, source_weight, count, reception, (limits, coordinates[1]), columns[0], work, echoes
                 )
             if gathers:
                 centre = (columns[0, 0] - water.pulse_middle - reception.first_time) * reception.cell_rate
                 start = max(int(min(max(centre, 0.0), float(last))) - MARGIN, 0)
                 if start != window:
                     stop = window + WINDOW if start < window else min(start, window + WINDOW)
-                    deposit_moments(cells, moments, window, stop, elements + points)
+                    for g in range(2):
+                        deposit_moments(grids[g], moments[g], window, stop, channels[g] if gathered[g] else 0)
                     window = start  # an echo off the grid has -1, which must not lie in the window
-            e, at_once = 0, 0
-            while e + at_once < elements + points:
-                e += at_once
-                at_once = min(_ELEMENTS_AT_ONCE, (elements if e < elements else elements + points) - e)
-                first, stop = (in_sector, count) if e < elements else (0, in_sector)  # points take the sector's echoes
-                if first == stop:
-                    continue
-                for s in range(at_once):
-                    row, second, third = s * ROW, 0.0, 0.0
-                    if is_straight:
-                        second, third = polynomials[e + s, 1], polynomials[e + s, 2]
-                        shape = terms, few_terms(terms), ROW, first, stop, _SPIKES, series_columns
-                        mix_series(singles, echoes.series, shape, np.intp(e + s), np.intp(row), spikes.mixed)
-                    else:
-                        values_at_node(e + s, 0, echoes_at_nodes, count, nodes, water, basis, series)
-                        _fill_at_element(
-                            series, source_weight, count, reception, echoes, spikes.mixed[:, row : row + count]
-                        )
-                    if not uniform:
-                        _gather_gains(echo, begin, pair, receive_legs, receive_beams.pattern[e + s], gain)
-                    used_gain = no_gain if uniform else gain[:count]
-                    _fill_spikes(second, third, used_gain, last, cells_per_cycle, echoes, spikes, (first, stop, row))
-                batch, number = slice(first, _SPIKES), stop - first
-                first_cell, fraction, coordinate, weight = (
-                    spikes.first_cell[batch], spikes.fraction[batch], spikes.mixed[2, batch],
-                    spikes.weight[2 * first :],
-                )  # fmt: skip
-                if gathers:
-                    gather_moments(cells, moments, window, e, at_once, ROW, first_cell, fraction, weight, coordinate,
-                                   basis, number)  # fmt: skip
-                    continue
-                if cells.shape[1] > 1:
-                    basis_weights(coordinate, basis.node_coordinate, basis.node_scale, basis_share)
-                deposit_waveforms(cells, e, at_once, ROW, first_cell, fraction, weight, coordinate, basis, basis_share,
-                                  number)  # fmt: skip
-        if cells.shape[1] == 1:
-            deposit_moments(cells, moments, window, window + WINDOW, elements + points)
+            for g in range(2):  # points take the sector's echoes, elements the others
+                grid, (first, stop) = grids[g], (in_sector, count) if g == 0 else (0, in_sector)
+                for e in range(0, channels[g] if first < stop else 0, _ELEMENTS_AT_ONCE):
+                    at_once = min(_ELEMENTS_AT_ONCE, channels[g] - e)
+                    for s in range(at_once):
+                        row, n, second, third = s * ROW, g * elements + e + s, 0.0, 0.0
+                        if is_straight:
+                            second, third = polynomials[n, 1], polynomials[n, 2]
+                            shape = terms, few_terms(terms), ROW, first, stop, _SPIKES, series_columns
+                            mix_series(singles, echoes.series, shape, np.intp(n), np.intp(row), spikes.mixed)
+                        else:
+                            values_at_node(n, 0, echoes_at_nodes, count, nodes, water, basis, series)
+                            _fill_at_element(
+                                series, source_weight, count, reception, echoes, spikes.mixed[:, row : row + count]
+                            )
+                        if not uniform:
+                            _gather_gains(echo, begin, pair, receive_legs, receive_beams.pattern[n], gain)
+                        used_gain = no_gain if uniform else gain[:count]
+                        _fill_spikes((second, third), used_gain, last, cells_per_cycle, coordinates[g], echoes, spikes,
+                                     (first, stop, row))  # fmt: skip
+                    _deposit_spikes(
+                        grid, moments[g], window if gathers and gathered[g] else -1, bases[g], share, spikes,
+                        (e, at_once), (first, stop - first),
+                    )  # fmt: skip
+        for g in range(2):
+            deposit_moments(grids[g], moments[g], window, window + WINDOW, channels[g] if gathered[g] else 0)

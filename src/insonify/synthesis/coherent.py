@@ -6,6 +6,7 @@ Pairs are deposited on the time grid block by block and never stored. Where both
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.accumulator import Mapper, Requirements
 from insonify.synthesis.direction_grid import DirectionGrid, direction_grid
 from insonify.synthesis.element_arrivals import (
+    ElementCells,
     PingReception,
     ReceivePoints,
     deposit,
@@ -28,7 +30,7 @@ from insonify.synthesis.moving_beams import deposit_beams
 from insonify.synthesis.replica_jitter import ReplicaJitter
 from insonify.synthesis.sector_interpolation import SectorInterpolation, sector_interpolation
 from insonify.synthesis.time_grid import TimeGrid, convolve_pulse, convolve_waveforms
-from insonify.synthesis.waveform_basis import WaveformBasis
+from insonify.synthesis.waveform_basis import WaveformBasis, waveform_basis
 from insonify.units import amplitude_ratio
 
 Cells = NDArray[np.complex64]
@@ -51,13 +53,19 @@ class CoherentAccumulator:
         return receive_points(self.ping_geometry)
 
     @cached_property
-    def _sector(self) -> SectorInterpolation | None:
+    def _sector(self) -> tuple[SectorInterpolation, WaveformBasis] | None:
+        """Sector interpolation of elements, and the waveform basis of its echoes."""
         if self.ping_geometry.elements is None or np.any(self._receive_points.orientation_row):
             return None
-        points, speed = self._receive_points, self.ping_geometry.receive_sound_speed
-        return sector_interpolation(
-            points.position, points.velocity, points.acceleration, self.grid, self.ping_geometry.frequency, speed
-        )
+        points, geometry, pulse = self._receive_points, self.ping_geometry, self.ping_geometry.pulse
+        delay = 0.0 if geometry.is_static else pulse.pulse.duration / 2
+        sector = sector_interpolation(
+            points.position, points.velocity, points.acceleration, self.grid, geometry.frequency,
+            geometry.receive_sound_speed, (pulse.start - delay, pulse.stop - delay),
+        )  # fmt: skip
+        if sector is None:
+            return None
+        return sector, waveform_basis(geometry, across=(sector.axis, sector.max_cosine))
 
     @cached_property
     def _direction_grid(self) -> DirectionGrid | None:
@@ -84,17 +92,27 @@ class CoherentAccumulator:
         """Properties of the path pairs that `add` expects."""
         return Requirements(quadrature=False, negligible_pairs=False)
 
-    def empty(self) -> Cells:
-        """Empty cells, one row a channel."""
+    def empty(self) -> Cells | ElementCells:
+        """Empty cells."""
         if self.uses_far_field:
             return self.grid.cells(self.ping_geometry.channel_count)
-        groups, group_size = group_layout(len(self.basis.doppler))
-        points = 0 if self._sector is None else len(self._sector.point_position)
-        channels = self.ping_geometry.channel_count if self._direction_grid is None else self._direction_grid.row_count
-        rows = len(self.basis.band), channels + points, groups
-        return self.grid.cells(int(np.prod(rows)) * group_size).reshape(*rows, -1, group_size)
+        if self.ping_geometry.elements is None:
+            geometry, rows = self.ping_geometry, self._direction_grid
+            return self._cells(self.basis, geometry.channel_count if rows is None else rows.row_count)
+        elements = self._cells(self.basis, self.ping_geometry.channel_count)
+        if self._sector is None:
+            return ElementCells(elements, self._cells(self.basis, 0))
+        sector, basis = self._sector
+        return ElementCells(elements, self._cells(basis, len(sector.point_position)))
 
-    def add(self, cells: Cells, pairs: Pairs) -> None:
+    def _cells(self, basis: WaveformBasis, channels: int) -> Cells:
+        """Empty grids of some channels for each waveform of a basis."""
+        groups, group_size = group_layout(len(basis.doppler))
+        rows = len(basis.band), channels, groups
+        cells = self.grid.cells(int(np.prod(rows)) * group_size)
+        return cells.reshape(*rows, cells.shape[1], group_size)
+
+    def add(self, cells: Any, pairs: Pairs) -> None:
         """Add the arrivals of one block of scatterers to the cells."""
         if not self.uses_far_field and self.ping_geometry.elements is None:
             deposit_beams(cells, pairs, self._reception, self._direction_grid)
@@ -132,16 +150,18 @@ class CoherentAccumulator:
                     (weight * strength).astype(np.complex64),
                 )  # fmt: skip
 
-    def time_series(self, cells: Cells, _run: Mapper = map) -> NDArray[np.complex64]:
+    def time_series(self, cells: Any, _run: Mapper = map) -> NDArray[np.complex64]:
         """Complex envelope at the grid's times [uPa], shape (channels, samples)."""
         pulse = self.ping_geometry.pulse
         if self.uses_far_field:
             return convolve_pulse(cells, self.grid, pulse.spectrum(self.grid.frequencies))
         if self._direction_grid is not None:
             return self._direction_grid.beams(cells, self.grid, self.basis)
+        if self.ping_geometry.elements is None:
+            return convolve_waveforms(cells, self.grid, self.basis.grid_factors(pulse, self.grid))
+        series = convolve_waveforms(cells.elements, self.grid, self.basis.grid_factors(pulse, self.grid))
         if self._sector is not None:
-            pulse_middle = 0.0 if self.ping_geometry.is_static else pulse.pulse.duration / 2
-            cells = self._sector.to_elements(cells, self.grid, pulse_middle)
-        series = convolve_waveforms(cells, self.grid, self.basis.grid_factors(pulse, self.grid))
-        elements = self.ping_geometry.elements
-        return series if elements is None else (series * elements.response[:, None]).astype(np.complex64)
+            sector, basis = self._sector
+            at_points = convolve_waveforms(cells.points, self.grid, basis.grid_factors(pulse, self.grid))
+            sector.add_to_elements(at_points, series)
+        return (series * self.ping_geometry.elements.response[:, None]).astype(np.complex64)

@@ -8,6 +8,7 @@ Doppler factor at the time of reception.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.sub_bands import SubBand
 from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Reception, TransmitLegs
 from insonify.synthesis._arrival_time_kernel import CLOSEST, ArrayWater, ElementMotion, transmit_moving, turn_to_element
-from insonify.synthesis._element_arrivals_kernel import PairedLegs, deposit_on_elements
+from insonify.synthesis._element_arrivals_kernel import ArraySector, PairedLegs, deposit_on_elements
 from insonify.synthesis._leg_pressure_kernel import transmitted_pressure
 from insonify.synthesis.chebyshev_nodes import aperture_nodes, few_nodes_beyond
 from insonify.synthesis.replica_jitter import ReplicaJitter
@@ -33,6 +34,27 @@ Floats = NDArray[np.float64]
 PARALLAX_TOLERANCE = 0.02
 """Largest parallax between elements, as a fraction of the pattern's width (wavelength over pi apertures) [1]."""
 Cells = NDArray[np.complex64]
+
+
+@dataclass(slots=True)
+class ElementCells:
+    """Grids of pressure of an array's elements and of the interpolation points of its sector."""
+
+    elements: Cells
+    """Shape (bands, elements, groups, cells, waveforms of a group)."""
+    points: Cells
+    """The same of the points, in the waveforms of the sector; of no points without a sector."""
+
+    @property
+    def nbytes(self) -> int:
+        """Memory [bytes]."""
+        return self.elements.nbytes + self.points.nbytes
+
+    def __iadd__(self, other: "ElementCells") -> Self:
+        """Add the grids of another part of the scatterers."""
+        self.elements += other.elements
+        self.points += other.points
+        return self
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,14 +168,16 @@ class PingReception:
         return Reception(grid.first_time, grid.cell_rate, geometry.frequency, self.basis.weight_table, water)
 
 
-def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: SectorInterpolation | None = None) -> None:
+def deposit(
+    cells: ElementCells, pairs: Pairs, ping: PingReception, sector: tuple[SectorInterpolation, WaveformBasis] | None
+) -> None:
     """Deposit the echoes of one block of scatterers on the cells of all elements.
 
     Args:
-        cells: Grids of pressure, shape (bands, elements, groups, cells, waveforms of a group).
+        cells: Grids of pressure.
         pairs: Transmit and receive legs of the block, and strengths.
         ping: Conditions of reception.
-        interpolation: Sector interpolation, whose points are channels after the elements.
+        sector: Sector interpolation, and the waveform basis of its echoes; None: all echoes go to each element.
     """
     ping_geometry, grid, receive_points, water = ping.ping_geometry, ping.grid, ping.receive_points, ping.water
     transmit, receive, strength = pairs.transmit_legs, pairs.receive_legs, pairs.strength
@@ -177,7 +201,12 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
         min_radius = float(np.fmin.reduce(distance, axis=None, initial=min_radius))
     latest_arrival = grid.start + grid.sample_count / grid.sample_rate
     wavelength = ping_geometry.receive_sound_speed / ping_geometry.frequency
-    extra_positions = None if interpolation is None else interpolation.point_position
+    extra_positions, array_sector = None, NO_SECTOR
+    if sector is not None:
+        extra_positions, array_sector = (
+            sector[0].point_position,
+            ArraySector(sector[0].limits, sector[1].weight_table),
+        )
     motion = receive_points.position, receive_points.velocity, receive_points.acceleration
     every = aperture_nodes(*motion, min_radius, latest_arrival, wavelength, extra_positions)
     parts = [(every, strength)]
@@ -206,9 +235,10 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
             np.ascontiguousarray(np.moveaxis(gain, 1, 0)),
         )  # fmt: skip
         for nodes, part_strength in parts:
-            sector = NO_SECTOR if interpolation is None or not len(nodes.series) else interpolation.sector
             legs = PairedLegs(np.column_stack([pairs.pair, rows]), transmit_legs, receive_legs, part_strength)
-            deposit_on_elements(cells[band], legs, receive_beams, nodes, sector, reception)
+            deposit_on_elements(
+                cells.elements[band], cells.points[band], legs, receive_beams, nodes, array_sector, reception
+            )
 
 
 def wavefront_columns(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> tuple[Floats, Floats, float, Floats]:

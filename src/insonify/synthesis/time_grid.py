@@ -85,10 +85,11 @@ class TimeGrid:
 
     def cells(self, channels: int = 1) -> NDArray[np.complex64]:
         """Empty grid of pressures, shape (channels, OVERSAMPLING * padded), aligned to cache lines."""
-        count = channels * OVERSAMPLING * self.padded_samples
+        shape = channels, OVERSAMPLING * self.padded_samples
+        count = shape[0] * shape[1]
         buffer = np.zeros(count + _LINE, np.complex64)
         begin = -buffer.ctypes.data // buffer.itemsize % _LINE
-        return buffer[begin : begin + count].reshape(channels, -1)
+        return buffer[begin : begin + count].reshape(shape)
 
     def energy_cells(self, channels: int = 1) -> NDArray[np.float64]:
         """Empty grid of energies, shape (channels, energy_cell_count)."""

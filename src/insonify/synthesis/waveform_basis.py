@@ -40,6 +40,8 @@ NEGLIGIBLE_GAIN = 10 ** (-45 / 20)
 _AZIMUTHS, _ELEVATIONS = 720, 37
 _STEPS = 129
 """Steps of a `DopplerSpectrum` [1]."""
+_MARGIN = 0.02
+"""Sine of half the angle between directions, and more [1]."""
 _MAX_EXPONENT = 600.0
 """Exponent up to which errors are evaluated: products of distances may be larger than 1 [1]."""
 _SPREADS = np.array([1.0, 0.95, 0.9, 0.8, 0.65, 0.5, 0.4, 0.32, 0.25, 0.2, 0.16, 0.12, 0.1])
@@ -130,8 +132,13 @@ def _stretch_about_middle(pulse: ReceivedPulse, doppler: float, offset: Floats) 
     return np.asarray(np.exp(-2j * np.pi * (pulse.pulse.frequency + offset) * start_delay(pulse, doppler)))
 
 
+Plane = tuple[Floats, float]
+"""Directions about a plane: its normal, a unit vector (3,), and their largest cosine with it [1]."""
+
+
 def waveform_basis(
-    ping_geometry: PingGeometry, error: float = ERROR, bands: Sequence[SubBand] | None = None
+    ping_geometry: PingGeometry, error: float = ERROR, bands: Sequence[SubBand] | None = None,
+    across: Plane | None = None,
 ) -> WaveformBasis:  # fmt: skip
     """Waveform basis of one ping.
 
@@ -139,13 +146,14 @@ def waveform_basis(
         ping_geometry: The sonar, which may be moving.
         error: Largest error of the weighted sum, see `ERROR` [1].
         bands: Frequencies of the band; None: those of the ping's sub-bands.
+        across: Directions of arrival to which the basis is restricted; None: all.
     """
     bands = ping_geometry.sub_bands if bands is None else bands
     band = np.array([sub.offset for sub in bands] if bands else [0.0])
     if ping_geometry.is_static:
         return WaveformBasis(np.zeros(1), (0.0, 0.0), band, half_bandwidth(ping_geometry.pulse) if bands else np.inf)
-    key = (*_motion_key(ping_geometry), band.tobytes(), error)
-    return _BASES.get(key, lambda: _moving_basis(ping_geometry, error, band, bool(bands)))
+    key = (*_motion_key(ping_geometry), band.tobytes(), error, across and (across[0].tobytes(), across[1]))
+    return _BASES.get(key, lambda: _moving_basis(ping_geometry, error, band, bool(bands), across))
 
 
 def _motion_key(ping_geometry: PingGeometry) -> tuple[Hashable, ...]:
@@ -161,11 +169,13 @@ def _motion_key(ping_geometry: PingGeometry) -> tuple[Hashable, ...]:
     )  # fmt: skip
 
 
-def _moving_basis(ping_geometry: PingGeometry, error: float, band: Floats, has_bands: bool) -> WaveformBasis:
+def _moving_basis(
+    ping_geometry: PingGeometry, error: float, band: Floats, has_bands: bool, across: Plane | None
+) -> WaveformBasis:  # fmt: skip
     """Waveform basis of a moving sonar, computed."""
     pulse, edge = ping_geometry.pulse.pulse, half_bandwidth(ping_geometry.pulse) if has_bands else np.inf
     widening = pulse.frequency / max(pulse.frequency - edge, pulse.frequency / 2) if has_bands else 1.0
-    spectrum = doppler_spectrum(ping_geometry, widening)
+    spectrum = doppler_spectrum(ping_geometry, widening, across)
     middle, half = (spectrum.low + spectrum.high) / 2, (spectrum.high - spectrum.low) / 2
     phase = math.pi * (pulse.frequency + pulse.bandwidth / 2) * pulse.duration * half
     nodes = middle + half * doppler_nodes(spectrum, phase, error)
@@ -219,7 +229,9 @@ def _nodes_and_error(spectrum: DopplerSpectrum, phase: float, count: int, error:
     return nodes[row], float(errors[row])
 
 
-def doppler_spectrum(ping_geometry: PingGeometry, widening: float = 1.0) -> DopplerSpectrum:
+def doppler_spectrum(
+    ping_geometry: PingGeometry, widening: float = 1.0, across: Plane | None = None
+) -> DopplerSpectrum:  # fmt: skip
     """Doppler factors and gains of one ping.
 
     A monostatic sonar has both legs in one direction; a bistatic one combines all transmit with all receive directions,
@@ -228,6 +240,7 @@ def doppler_spectrum(ping_geometry: PingGeometry, widening: float = 1.0) -> Dopp
     Args:
         ping_geometry: The sonar, which is moving.
         widening: Largest ratio of beam widths at any frequency of the band to those at the carrier [1].
+        across: Directions of arrival to which it is restricted; None: all.
     """
     assert ping_geometry.receive_motion is not None
     is_bistatic = ping_geometry.receive_track_extent is not None
@@ -235,6 +248,12 @@ def doppler_spectrum(ping_geometry: PingGeometry, widening: float = 1.0) -> Dopp
     transmit_directions, receive_directions, gain = _insonified_directions(
         ping_geometry.transmit_beams, ping_geometry.receive_beams if same_orientation else None, is_bistatic=is_bistatic
     )
+    if across is not None:
+        near = np.abs(receive_directions @ across[0]) <= across[1] + _MARGIN / 2
+        if near.any():
+            receive_directions = receive_directions[near]
+            if not is_bistatic:
+                transmit_directions, gain = transmit_directions[near], gain[near]
     _, first, acceleration = (row[0] for row in ping_geometry.receive_motion.kinematics(ping_geometry.lever_arms[1:]))
     transmit_velocity = ping_geometry.transmit_velocity
     receive_velocities = [first, first + acceleration * ping_geometry.receive_motion.window]
@@ -246,7 +265,7 @@ def doppler_spectrum(ping_geometry: PingGeometry, widening: float = 1.0) -> Dopp
         departing, arriving = _extremes(departing)[:, None], [_extremes(part) for part in arriving]
     factor = np.concatenate([(part / departing - 1).ravel() for part in arriving])
     margin = (
-        0.02
+        _MARGIN
         * float(max(np.linalg.norm(transmit_velocity), *(np.linalg.norm(v) for v in receive_velocities)))
         / ping_geometry.sound_speed
     )
