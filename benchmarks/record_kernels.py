@@ -41,10 +41,9 @@ def names() -> list[str]:
         f"file {path.name}" for path in sorted((ROOT / "examples").glob("*.yaml")) if "dataset.yaml" not in path.name
     ]
     runs = [f"template {name}" for name in TEMPLATES] + [*files, *bench, "bench elements"]
-    labelled = [
-        f"{run} labels" for run in runs if not run.startswith("bench") or run.endswith(("2 still", "2 layered"))
-    ]
-    return [*runs, *labelled, *(f"golden {name}" for name in SCENES)]
+    few = [run for run in runs if not run.startswith("bench") or run.endswith(("2 still", "2 layered"))]
+    more = [f"{run} {result}" for result in ("labelled", "labels", "levels") for run in few]
+    return [*runs, *more, *(f"golden {name}" for name in SCENES)]
 
 
 def run(name: str) -> None:
@@ -82,14 +81,18 @@ def _simulate(name: str) -> set[str]:
         simulator.compile_ahead = lambda features, _: found.update(features)
         SCENES[rest](2)
         return found
-    scenario = _scenario(kind, rest.removesuffix(" labels"))
-    labels = rest.endswith(" labels") and scenario.sonar.receiver.record != "elements"
-    pings = list(range(min(2, scenario.track.ping_count)))
+    result = next((word for word in ("labelled", "labels", "levels") if rest.endswith(f" {word}")), "series")
+    scenario = _scenario(kind, rest.removesuffix(f" {result}"))
+    labels = result in ("labelled", "labels") and scenario.sonar.receiver.record != "elements"
+    series, levels = result in ("series", "labelled") or not (labels or result == "levels"), result == "levels"
+    pings = list(range(min(2, scenario.track.ping_count))) if series else []
     for _ in insonify.simulator.simulate_pings(insonify.simulator.build_simulator(scenario), pings, 1):
         pass
     if labels:
         insonify.labels(scenario, 0, threads=1)
-    return set(scenario_features(scenario, labels=labels))
+    if levels:
+        insonify.levels(scenario, 0, threads=1)
+    return set(scenario_features(scenario, series=series, labels=labels, levels=levels))
 
 
 def _scenario(kind: str, rest: str) -> "Scenario":

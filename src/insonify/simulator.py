@@ -292,7 +292,8 @@ def simulate_jobs(
     """
     workers = thread_count(threads)
     keep_freed_memory()
-    compile_ahead(scenario_features(simulator.scenario, labels=any(job.with_labels for job in jobs)), workers)
+    series, labelled = any(job.with_series for job in jobs), any(job.with_labels for job in jobs)
+    compile_ahead(scenario_features(simulator.scenario, series=series, labels=labelled), workers)
     if workers == 1:
         yield from ((job, *simulate_job(simulator, job, SerialPool())) for job in jobs)
         return
@@ -489,6 +490,7 @@ def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> 
     if scenario.sonar.receiver.record == "elements":
         raise ValueError("sonar.receiver.record is elements, and labels are those of beams. Write record: beams.")
     simulator = build_simulator(scenario)
+    compile_ahead(scenario_features(scenario, series=False, labels=True), threads)
     result = label_ping(simulator, ping, threads)
     dataset = label_dataset([result], simulator.label_names, simulator.grid.time, np.array([ping]))
     return dataset.isel(ping=0).assign_attrs(attributes(scenario))
@@ -561,6 +563,7 @@ def levels(
     selected_pings(scenario, [ping])
     require_index("channel", channel, scenario.sonar.channel_count, "sonar")
     simulator = build_simulator(scenario)
+    compile_ahead(scenario_features(scenario, series=False, levels=True), threads)
     geometry = element_as_beam(simulator.ping_geometry(ping, channel=channel), channel % scenario.sonar.beam_count)
     with ThreadPoolExecutor(thread_count(threads)) as pool:
         mean, cap = simulator.expectation_accumulator(geometry), scatterers_per_cell

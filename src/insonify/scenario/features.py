@@ -3,17 +3,23 @@
 from insonify.scenario.scenario import Scenario
 
 
-def scenario_features(scenario: Scenario, *, labels: bool = False) -> frozenset[str]:
-    """Names of the features that a scenario has.
+def scenario_features(
+    scenario: Scenario, *, series: bool = True, labels: bool = False, levels: bool = False
+) -> frozenset[str]:  # fmt: skip
+    """Names of the features that a scenario has, and of the results that are computed of it.
 
     Args:
         scenario: The scenario.
+        series: True if time series are computed, of the scenario's field.
         labels: True if samples are labelled.
+        levels: True if levels are computed by contribution and pair.
     """
     sonar, paths, seabed, water = scenario.sonar, scenario.paths, scenario.seabed, scenario.water
     track, receiver = scenario.track, scenario.sonar.receiver
     has = {
+        scenario.field: series,
         "labels": labels,
+        "levels": levels,
         "seabed": "seabed" in paths.contributions and seabed.scattering is not None,
         "relief": bool(seabed.relief),
         "rough bed": seabed.reflecting_interface == "rough",
@@ -32,4 +38,4 @@ def scenario_features(scenario: Scenario, *, labels: bool = False) -> frozenset[
         "several sides": len(sonar.side_sonars) > 1,
         "hull": sonar.hull is not None,
     }
-    return frozenset({scenario.field, f"{scenario.surface.reflection} surface", *(name for name in has if has[name])})
+    return frozenset({f"{scenario.surface.reflection} surface", *(name for name in has if has[name])})
