@@ -5,7 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 SHOWN  := src tests tools benchmarks examples
-FAST   := $(addprefix tests/,golden propagation records scattering scenario sonar)
+FAST   := $(addprefix tests/,diagnostics golden propagation records scattering scenario sonar)
 unexport PYTHONDONTWRITEBYTECODE  # pytest would rewrite the assertions of 500 files anew in each process: 15 s
 
 .PHONY: help setup demo test check format-check lint types contract shape words fast bench validate format clean clean-venv

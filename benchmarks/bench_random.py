@@ -20,10 +20,10 @@ import numpy as np
 import yaml
 
 import measure
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.estimates.run_cost import estimate_cost
 from insonify.estimates.run_limits import run_refusal
 from insonify.formats.zarr_store import open_recording
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import load_scenario
 from measure import Result, run_command
 from random_scenes import random_description

@@ -44,6 +44,18 @@ def test_private_modules_are_imported_within_their_package_only():
     assert trespasses == []
 
 
+def test_no_module_is_imported_by_a_text_that_the_contract_does_not_see():
+    """Names that packages load on demand are their own; a module of another package has an import statement."""
+    hidden = [
+        (name, ast.unparse(node))
+        for name, path in FILES.items()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module")
+        if isinstance(node.args[0], ast.Constant) and str(node.args[0].value).startswith("insonify.")
+    ]
+    assert hidden == []
+
+
 def import_graph():
     """For each module the modules of the package that it imports, those for type checking included."""
     return {name: {t for t in imported_modules(path) if t in FILES and t != name} for name, path in FILES.items()}

@@ -16,16 +16,16 @@ Where several values can be wrong together, ``raise_errors([...])`` raises all e
 The path starts at the model whose validator raises it.
 """
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
-from importlib import import_module
-from typing import Annotated, Any, Self, TypeVar, cast
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
 from insonify.caller_warning import warn_caller
+from insonify.diagnostics.argument_errors import arguments_error
+from insonify.diagnostics.diagnostic import nearest_word
 from insonify.former_names import former_key, former_value
 from insonify.units import decibels, si, unit_warning
 from insonify.validity import PhysicsWarning
@@ -112,7 +112,7 @@ class Model(BaseModel):
         try:
             super().__init__(**arguments)
         except ValidationError as error:
-            raise _with_advice(error, type(self), arguments) from None
+            raise arguments_error(error, type(self), arguments) from None
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # dictionaries in others are validated at once
 
@@ -154,7 +154,7 @@ class Model(BaseModel):
         try:
             return type(self).model_validate(values)
         except ValidationError as error:
-            raise _with_advice(error, type(self), values) from None
+            raise arguments_error(error, type(self), values) from None
 
     def unchecked_copy(self, **changes: Any) -> Self:
         """A copy with some fields changed and nothing checked: for values that are known to fit, where checks cost.
@@ -179,13 +179,6 @@ class Model(BaseModel):
         }
 
 
-def _with_advice(error: ValidationError, model: type[BaseModel], arguments: Mapping[str, Any]) -> ValidationError:
-    """The error with advice on each argument, as on the keys of a file."""
-    # Loaded with the first error: advice is about models, of which this is the base, and knows them all.
-    advice = import_module("insonify.scenario.argument_errors")
-    return cast(ValidationError, advice.arguments_error(error, model, arguments))
-
-
 def _former_names(model: type[BaseModel], values: Mapping[Any, Any]) -> Iterable[PydanticCustomError]:
     """An error for each key and value that was renamed."""
     for name, value in values.items():
@@ -202,8 +195,8 @@ def _no_field(model: type[BaseModel], name: str) -> str:
     if former_key(model, name):
         return f"{model.__name__}.{name} is called {model.__name__}.{former_key(model, name)}"
     known = list(model.model_fields)
-    near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.6)
-    hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+    near = nearest_word(name, known)
+    hint = f"did you mean {near!r}?" if near else f"known: {', '.join(known)}"
     return f"{model.__name__} has no field {name!r}; {hint}"
 
 

@@ -10,9 +10,9 @@ import pytest
 import yaml
 
 import insonify
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.estimates.run_cost import estimate_cost
 from insonify.estimates.run_limits import run_refusal
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import load_scenario
 
 FOLDER = Path(__file__).parents[2] / "benchmarks"

@@ -20,8 +20,8 @@ from insonify.cli.arguments import (
     require_writable,
 )
 from insonify.cli.progress import pace, progress, resumed_note
+from insonify.diagnostics.diagnostic import Diagnostic, ScenarioError
 from insonify.formats.zarr_store import StoreError
-from insonify.scenario.diagnostic import Diagnostic, ScenarioError
 from insonify.scenario.load import load_scenario
 from insonify.units import UNITS
 

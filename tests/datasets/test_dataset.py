@@ -22,9 +22,9 @@ from insonify.cli import main
 from insonify.datasets.dataset import load_dataset, make_dataset
 from insonify.datasets.dataset_folder import DatasetFolder
 from insonify.datasets.drawn_scene import SceneDraws
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.formats.store_description import StoreError
 from insonify.part import Part
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.validity import PhysicsWarning
 
 EVERYTHING = ("write: [coco]", "write: [coco, yolo, png, zarr]")

@@ -5,7 +5,7 @@ import pytest
 from datasets.small_dataset import write_small
 from insonify.datasets.dataset import load_dataset
 from insonify.datasets.drawn_scene import SceneDraws
-from insonify.scenario.diagnostic import ScenarioError
+from insonify.diagnostics.diagnostic import ScenarioError
 
 HEADING = "targets[pipe].heading: {uniform: [0 deg, 360 deg]}"
 

@@ -12,7 +12,7 @@ import insonify
 from datasets.small_dataset import write_small
 from insonify.datasets.dataset import load_dataset, make_dataset
 from insonify.datasets.dataset_classes import dataset_class_names
-from insonify.scenario.diagnostic import ScenarioError
+from insonify.diagnostics.diagnostic import ScenarioError
 
 PIPE = "  - {shape: cylinder, label: pipe, position: [1 m, 12 m], length: 3 m, diameter: 1 m}\n"
 TWO = ((PIPE, f"{PIPE}  - {{shape: manta, label: old mine, position: [3.5 m, 9 m], size: [1.5 m, 1.5 m, 1 m]}}\n"),)

@@ -9,8 +9,8 @@ import pytest
 from pydantic import ValidationError
 
 import insonify
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.ocean.water import Water
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import load_scenario, parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
@@ -85,6 +85,11 @@ def test_several_values_fit_together(nominal):
     assert flat.with_(surface__reflection="statistical", surface__wind_speed="6 m/s") == by_paths
     with pytest.raises(ScenarioError, match="moves a statistical surface only"):
         flat.with_("surface.wind_speed", "6 m/s")
+
+
+def test_a_later_change_replaces_earlier_ones_below_its_path(nominal):
+    """Without a trace of their text: targets that were moved and then left out are left out."""
+    assert nominal.with_({"targets.0.position.1": "152 m", "targets": []}) == nominal.with_("targets", [])
 
 
 def test_what_was_left_out_stays_left_out(nominal):

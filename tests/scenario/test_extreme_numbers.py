@@ -8,8 +8,8 @@ from importlib.resources import files
 import pytest
 import yaml
 
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.estimates.run_cost import estimate_cost, size_refusal
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scene.seabed_terrain import SeabedTerrain

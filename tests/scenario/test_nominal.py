@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.propagation.path_settings import PathSettings
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.model import field_error, field_errors, raise_errors
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import load_scenario, parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scene.scene import Scene

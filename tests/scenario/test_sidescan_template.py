@@ -5,7 +5,7 @@ from importlib.resources import files
 
 import pytest
 
-from insonify.scenario.diagnostic import ScenarioError
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insonify.cli import main
-from insonify.scenario.diagnostic import ScenarioError
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.scenario.load import load_scenario
 from insonify.sonar.pulse import Pulse
 from insonify.sonar.track import LineTrack

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import insonify
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.formats.zarr_store import open_recording
 from insonify.recording_run import record
 from insonify.scattering import Jackson, Sediment, SedimentVolume, TableScatteringLaw, compile_law
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scenario.citations import citations
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.scene.seabed import Seabed
 
 TABLE = "grazing_deg, strength_db\n2, -45\n10, -32\n30, -25\n90, -12\n"

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.scattering.sediments import Sediment
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml

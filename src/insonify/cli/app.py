@@ -109,8 +109,8 @@ def _verdict(error: Exception) -> int:
 
 
 def _is_about_the_input(error: Exception) -> bool:
+    from insonify.diagnostics.diagnostic import ScenarioError
     from insonify.formats.zarr_store import StoreError
-    from insonify.scenario.diagnostic import ScenarioError
 
     # A path that cannot be read or written was typed; a full disk was not.
     path_errors = (PermissionError, NotADirectoryError, IsADirectoryError, FileExistsError)

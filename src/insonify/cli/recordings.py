@@ -302,7 +302,7 @@ def explain(
 @contextmanager
 def _reading(recording: str | Path) -> Iterator[None]:
     """Errors in a recording are reported with its name."""
-    from insonify.scenario.diagnostic import ScenarioError
+    from insonify.diagnostics.diagnostic import ScenarioError
 
     try:
         yield

@@ -19,9 +19,9 @@ from insonify.datasets.dataset_folder import DatasetFolder
 from insonify.datasets.rendered_scene import SceneImage, scene_images
 from insonify.datasets.swath import PlacementError
 from insonify.datasets.typed_values import read_typed
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.kernel_compilation import compile_ahead
 from insonify.part import Part
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.features import scenario_features
 from insonify.scenario.load import load, load_scenario
 from insonify.scenario.scenario import Scenario

@@ -14,8 +14,8 @@ from insonify.datasets.drawn_scene import SceneDraws, value_at
 from insonify.datasets.swath import PlacementError
 from insonify.datasets.typed_values import read_typed
 from insonify.datasets.varied_keys import UnknownItemError, VariedKey, varied_keys
+from insonify.diagnostics.diagnostic import Diagnostic, ScenarioError
 from insonify.scenario.changes import with_changes
-from insonify.scenario.diagnostic import Diagnostic, ScenarioError
 from insonify.scenario.scenario import Scenario
 from insonify.validity import PhysicsWarning
 

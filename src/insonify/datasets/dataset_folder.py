@@ -30,11 +30,11 @@ from insonify.datasets.dataset_file import DatasetFile, Format
 from insonify.datasets.drawn_scene import uniforms
 from insonify.datasets.rendered_scene import SceneImage
 from insonify.datasets.typed_values import changed_values, typed_values
+from insonify.diagnostics.yaml_source import YamlSource
 from insonify.formats.store_description import StoreError
 from insonify.formats.zarr_store import sweep
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
-from insonify.scenario.yaml_source import YamlSource
 from insonify.surveys.raster import write_bands
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from insonify.datasets.dataset_file import Clutter, DatasetFile
 from insonify.datasets.distributions import Draw, SwathArea, in_si
 from insonify.datasets.swath import TRIES, PlacementError, free_position, swath_of
 from insonify.datasets.varied_keys import VariedKey, varied_keys
-from insonify.scenario.diagnostic import ScenarioError
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.scenario.scenario import Scenario
 from insonify.scene.shape_library import preset_triangles
 

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from insonify.scenario.diagnostic import Diagnostic
-from insonify.scenario.yaml_source import YamlSource, dotted, read
+from insonify.diagnostics.diagnostic import Diagnostic
+from insonify.diagnostics.yaml_source import YamlSource, dotted, read
 
 WITHOUT_EFFECT = ("scene", "compare")
 """Keys of the file of a data set that change no image."""

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from insonify.scenario.diagnostic import nearest_word
+from insonify.diagnostics.diagnostic import nearest_word
 from insonify.scenario.scenario import Scenario
 
 _STEP = re.compile(r"([^.\[\]]+)|\[([^\[\]]*)\]|(\.)")

@@ -8,8 +8,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from insonify.caller_warning import warn_caller
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.processing.recording_level import recorded_level
-from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.units import level_db

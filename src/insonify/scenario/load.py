@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from insonify.caller_warning import warn_caller
-from insonify.scenario.diagnostic import Diagnostic, ScenarioError
-from insonify.scenario.diagnostics import validation_diagnostics, yaml_boolean_errors
+from insonify.diagnostics.diagnostic import Diagnostic, ScenarioError
+from insonify.diagnostics.validation_errors import validation_diagnostics, yaml_boolean_errors
+from insonify.diagnostics.yaml_source import YamlSource, read
 from insonify.scenario.unit_warnings import unit_warnings
-from insonify.scenario.yaml_source import YamlSource, read
 from insonify.validity import PhysicsWarning
 
 if TYPE_CHECKING:

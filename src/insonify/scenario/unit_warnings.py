@@ -2,9 +2,9 @@
 
 from pydantic import BaseModel
 
-from insonify.scenario.diagnostic import Diagnostic
-from insonify.scenario.expected_type import find
-from insonify.scenario.yaml_source import Path, YamlSource, dotted
+from insonify.diagnostics.diagnostic import Diagnostic
+from insonify.diagnostics.expected_type import find
+from insonify.diagnostics.yaml_source import Path, YamlSource, dotted
 from insonify.units import unit_warning
 
 

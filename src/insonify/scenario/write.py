@@ -3,7 +3,7 @@
 import yaml
 from pydantic import BaseModel
 
-from insonify.scenario.yaml_source import plain_value
+from insonify.diagnostics.yaml_source import plain_value
 
 try:  # the same text in a quarter of the time, but for escapes of rare letters
     from yaml import CSafeDumper as SafeDumper

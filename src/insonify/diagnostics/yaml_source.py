@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml
 
-from insonify.scenario.diagnostic import Diagnostic
+from insonify.diagnostics.diagnostic import Diagnostic
 
 Path = tuple[str | int, ...]
 """The path from the top of a file to one value: keys and list indices."""

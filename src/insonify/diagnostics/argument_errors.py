@@ -9,9 +9,9 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 from pydantic_core.core_schema import ErrorType
 
-from insonify.scenario.changes import as_typed, record_typed
-from insonify.scenario.diagnostics import validation_diagnostics
-from insonify.scenario.yaml_source import YamlSource
+from insonify.diagnostics.python_values import as_typed, record_typed
+from insonify.diagnostics.validation_errors import validation_diagnostics
+from insonify.diagnostics.yaml_source import YamlSource
 
 _KNOWN = frozenset(get_args(ErrorType))
 

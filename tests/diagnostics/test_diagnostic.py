@@ -5,10 +5,12 @@ import re
 from typing import Annotated, Literal, Self
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pydantic import Field, model_validator
 
+from insonify.diagnostics.diagnostic import Diagnostic, ScenarioError, nearest_word
 from insonify.model import Decibels, Hertz, Metres, Model, Radians, Seconds, field_error
-from insonify.scenario.diagnostic import Diagnostic, ScenarioError, nearest_word
 from insonify.scenario.load import load, parse_model
 
 
@@ -200,3 +202,27 @@ def test_an_error_reaches_another_process():
     error = ScenarioError([Diagnostic("bay.yaml", 3, "track", "is missing"), Diagnostic("bay.yaml", 1, "seed", "-1")])
     copied = pickle.loads(pickle.dumps(error))
     assert copied.faults == error.faults and str(copied) == str(error)
+
+
+def test_advice_is_one_line_and_ends_like_a_sentence():
+    """Line breaks and runs of blanks go; a full stop is set once; a file without lines has none."""
+    diagnostic = Diagnostic("a.yaml", 3, "x.0.y", "5 m\n is   out of range", "1 to 2 m", "Did you mean 5 cm?", "pier")
+    assert str(diagnostic) == "a.yaml:3: x.0.y (pier): 5 m is out of range (1 to 2 m). Did you mean 5 cm?"
+    assert str(Diagnostic("a.yaml", 0, "", "there is no such file.")) == "a.yaml: there is no such file."
+
+
+@given(st.lists(st.tuples(st.integers(0, 99), st.text("abcdefgh", min_size=1)), min_size=1, max_size=6))
+def test_faults_come_in_the_order_of_the_file(places):
+    """Whatever the order in which they are found."""
+    error = ScenarioError([Diagnostic("f", line, field, "bad") for line, field in places])
+    assert [(fault.line, fault.field) for fault in error.faults] == sorted(places)
+    assert len(str(error).split("\n")) == len(places)
+
+
+@given(st.lists(st.text("abcdefghij_", min_size=5, max_size=12), min_size=1, max_size=6, unique=True), st.data())
+def test_a_known_word_with_a_letter_too_few_is_found_again(known, data):
+    """The word itself always; with its last letter lost, some known word at least; in capitals as well."""
+    word = data.draw(st.sampled_from(known))
+    assert nearest_word(word, known) == word and nearest_word(word.upper(), known) == word
+    assert nearest_word(word[:-1], known) in known and nearest_word(word, [word.upper()]) == word.upper()
+    assert nearest_word("0123456789", known) is None

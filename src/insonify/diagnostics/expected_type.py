@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self, Union, get_args, get_origin, g
 
 from pydantic import BaseModel
 
-from insonify.scenario.yaml_source import Path
+from insonify.diagnostics.yaml_source import Path
 from insonify.units import UNITS
 
 

@@ -1,4 +1,4 @@
-"""Errors of pydantic's validator as diagnostics on a scenario file.
+"""Errors of pydantic's validator as diagnostics on a scenario file or a call.
 
 The validator reports types, once for each alternative of a union. Here each mistake becomes one
 diagnostic: the value as it was written, the range in the unit that was written, and
@@ -13,9 +13,9 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from insonify.scenario.diagnostic import Diagnostic, nearest_word
-from insonify.scenario.expected_type import ExpectedType, find
-from insonify.scenario.yaml_source import Path, YamlSource, dotted
+from insonify.diagnostics.diagnostic import Diagnostic, nearest_word
+from insonify.diagnostics.expected_type import ExpectedType, find
+from insonify.diagnostics.yaml_source import Path, YamlSource, dotted
 from insonify.units import UNITS, si
 
 _NUMBER_AND_UNIT = re.compile(r"^([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)$")
