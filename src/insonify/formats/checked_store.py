@@ -5,7 +5,7 @@ request of its own, so that it is the same on disk and in an object store.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -76,10 +76,39 @@ class CheckedStore(WrapperStore[Store]):
         try:
             content = await self._store.get(key, prototype, byte_range)
         except Exception as error:  # of the package of any store
-            reason = " ".join(str(error).split())[:200] or type(error).__name__
-            raise StoreError(
-                f"{self._name(key)} cannot be read: {reason}. Check the connection, and the permission to read"
-            ) from error
+            raise self._unreadable(key, error) from error
+        return self._checked(key, content, byte_range)
+
+    def get_sync(
+        self, key: str, *, prototype: BufferPrototype | None = None, byte_range: ByteRequest | None = None
+    ) -> Buffer | None:  # fmt: skip
+        """The same without waiting for others, as later versions of zarr can read."""
+        try:
+            content = self._store.get_sync(key, prototype=prototype, byte_range=byte_range)  # type: ignore[attr-defined]
+        except Exception as error:
+            raise self._unreadable(key, error) from error
+        return self._checked(key, content, byte_range)
+
+    async def get_ranges(
+        self, key: str, byte_ranges: Sequence[ByteRequest | None], **options: Any
+    ) -> AsyncIterator[Any]:
+        """Several parts, as later versions of zarr read them: those of neighbouring chunks by one request."""
+        async for group in self._store.get_ranges(key, byte_ranges, **options):  # type: ignore[attr-defined]
+            yield [(index, self._checked(key, content, byte_ranges[index])) for index, content in group]
+
+    def get_ranges_sync(self, key: str, byte_ranges: Sequence[ByteRequest | None], **options: Any) -> Any:
+        """The same without waiting for others."""
+        parts = self._store.get_ranges_sync(key, byte_ranges, **options)  # type: ignore[attr-defined]
+        return [(index, self._checked(key, content, byte_ranges[index])) for index, content in parts]
+
+    def _unreadable(self, key: str, error: Exception) -> StoreError:
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        return StoreError(
+            f"{self._name(key)} cannot be read: {reason}. Check the connection, and the permission to read"
+        )
+
+    def _checked(self, key: str, content: Buffer | None, byte_range: ByteRequest | None) -> Buffer | None:
+        """The content of a file or an object, or part of it, where no chunk in it is damaged."""
         name, _, chunk = key.partition("/")
         if content is not None and chunk.startswith("c") and name in self._arrays:
             try:

@@ -44,6 +44,13 @@ def open_named_chunks(store: CheckedStore, folder: Path | None, *, mask_and_scal
     return dataset.assign(named)
 
 
+def _store_error(error: BaseException) -> StoreError | None:
+    """First error about the store among those of tasks that ended together; None: there is none."""
+    if isinstance(error, BaseExceptionGroup):
+        return next(filter(None, map(_store_error, error.exceptions)), None)
+    return error if isinstance(error, StoreError) else None
+
+
 class _NamedChunks(BackendArray):
     """Variable on disk or in an object store; an error while it is read names the chunk."""
 
@@ -64,6 +71,8 @@ class _NamedChunks(BackendArray):
         except (MemoryError, StoreError):
             raise
         except Exception as fault:  # codecs fail in any way
+            if named := _store_error(fault):
+                raise named from None
             raise self.store.damaged(self._first_damaged(key), f"it cannot be unpacked ({fault})") from None
 
     def _loose_values(self, key: tuple[Any, ...]) -> dict[Any, NDArray[np.generic]]:
