@@ -101,13 +101,11 @@ def test_circles_are_found(graph, expected):
     assert circles(graph) == expected
 
 
-def test_import_circles_are_those_that_are_known():
-    """Packages that load their names on demand apart; one circle is left, of a scenario and its checks."""
+def test_no_modules_import_one_another():
+    """Not for type checking alone, either; packages that load their names on demand apart."""
     graph = import_graph()
     eager = {name: {t for t in below if FILES[t].name != "__init__.py"} for name, below in graph.items()}
-    found = circles(eager)
-    assert [group for group in found if not any(name.startswith("insonify.scenario.") for name in group)] == []
-    assert len(found) <= 1
+    assert circles(eager) == []
 
 
 PUBLIC = ("ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "formats", "plotting")

@@ -11,13 +11,13 @@ from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.hydrophones import element_layout
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 CLOSEST = 0.02
 """Distance between elements below which they receive the same but for their noise [wavelengths]."""
 
 
-def aperture_warnings(scenario: Scenario, wavelength: float) -> Iterator[str]:
+def aperture_warnings(scenario: ScenarioParts, wavelength: float) -> Iterator[str]:
     """Words on the arrays of a sonar.
 
     Args:
@@ -54,7 +54,7 @@ def _size(array: LineArray | PlanarArray | PointTransducer) -> float:
     return float(max(array.width, array.height)) if isinstance(array, PlanarArray) else 0.0
 
 
-def _crowded(scenario: Scenario, wavelength: float) -> str:
+def _crowded(scenario: ScenarioParts, wavelength: float) -> str:
     """Warning on recorded elements that lie at one position, or nearly."""
     if scenario.sonar.receiver.record != "elements":
         return ""

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 from insonify.model import field_error
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
     from insonify.sonar.track import Track
 
 CLOCK = ("interval", "window", "stop_and_hop")
@@ -29,7 +29,7 @@ def with_transmitter_clock(written: Any, track: Track | None) -> Any:
     return {**{name: getattr(track, name) for name in CLOCK}, "pings": track.ping_count, **written}
 
 
-def clock_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def clock_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors of a receiver's track that does not keep the transmitter's times: no other check is possible before."""
     track, other = scenario.track, scenario.receiver_track
     if other is None:
@@ -43,7 +43,7 @@ def clock_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
                       f"{track.ping_count}. Leave `pings` out, or write {track.ping_count}.")  # fmt: skip
 
 
-def bistatic_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def bistatic_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors in the settings of a receiver on a second platform."""
     sonar = scenario.sonar
     if scenario.receiver_track is None:

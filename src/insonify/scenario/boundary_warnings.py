@@ -10,13 +10,13 @@ from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions, 
 from insonify.scene.solid import seabed_depth_at
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 SLOW = 0.1
 """Distance from a boundary below which cells of the ground get no smaller, though they should [m]."""
 
 
-def boundary_warning(scenario: Scenario) -> str:
+def boundary_warning(scenario: ScenarioParts) -> str:
     """Warning on arrays that come within a wavelength of a boundary; empty where none does."""
     wavelength = scenario.water.min_sound_speed / scenario.sonar.pulse.frequency
     near = min(wavelength, SLOW)

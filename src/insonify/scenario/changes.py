@@ -8,7 +8,7 @@ from pydantic import BaseModel
 from insonify.diagnostics.diagnostic import Diagnostic
 from insonify.diagnostics.python_values import as_typed, plain_model, record_typed
 from insonify.diagnostics.yaml_source import Path, YamlSource, dotted
-from insonify.scenario.load import parse_source
+from insonify.scenario.parsing import parse_source
 from insonify.scenario.unit_warnings import unit_warnings
 
 ModelT = TypeVar("ModelT", bound=BaseModel)

@@ -15,7 +15,7 @@ from insonify.sonar.ping_geometry import array_depths, ping_geometry
 from insonify.sonar.received_pulse import received_pulse
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
     from insonify.scene.scatterers import Boundary
 
 MIN_CELL_SIZE = (BASE_PITCH * 2.0**FINEST_SCALE) ** 2
@@ -28,7 +28,7 @@ ENOUGH = 0.99
 """Fraction of the requested density that gets no warning [1]: beam widths are computed to fewer digits."""
 
 
-def density_warnings(scenario: Scenario) -> list[str]:
+def density_warnings(scenario: ScenarioParts) -> list[str]:
     """Warnings about resolution cells that the finest grid of scatterers leaves emptier than requested."""
     paths, two = scenario.paths, scenario.receiver_track is not None
     if paths.geometry == "slice" or paths.engine == "tracer" or (scenario.field == "incoherent" and not two):
@@ -50,7 +50,7 @@ def density_warnings(scenario: Scenario) -> list[str]:
     ]
 
 
-def scattering_boundaries(scenario: Scenario) -> Iterator[tuple[Boundary, float, tuple[str, ...], object]]:
+def scattering_boundaries(scenario: ScenarioParts) -> Iterator[tuple[Boundary, float, tuple[str, ...], object]]:
     """Boundaries that scatter and are reached: name, depth [m], families of the legs to them, and scattering law."""
     boundaries: tuple[tuple[Boundary, float, object], ...] = (
         ("seabed", scenario.seabed.depth, scenario.seabed.scattering),
@@ -62,7 +62,7 @@ def scattering_boundaries(scenario: Scenario) -> Iterator[tuple[Boundary, float,
             yield boundary, depth, families, law
 
 
-def _least_bound(scenario: Scenario, height: float) -> float:
+def _least_bound(scenario: ScenarioParts, height: float) -> float:
     """Area that no scatterer of a boundary at some height falls short of [m^2], without a look at the beams."""
     water, sonar, width = scenario.water, scenario.sonar, NARROWEST
     slant = min(received_pulse(sonar).finest_resolution(water.min_sound_speed), SHORTEST * height)
@@ -71,7 +71,7 @@ def _least_bound(scenario: Scenario, height: float) -> float:
     return min(slant * height * width / scenario.paths.scatterers_per_cell, slant**2)
 
 
-def _smallest_cell(scenario: Scenario, height: float) -> float:
+def _smallest_cell(scenario: ScenarioParts, height: float) -> float:
     """Smallest area of one scatterer on a boundary at some height, within the first ping's window [m^2]."""
     from insonify.engines.ping_scatterers import resolution_of  # kernels, which few scenarios need here
 

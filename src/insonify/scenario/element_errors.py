@@ -22,7 +22,7 @@ from insonify.sonar.track import Poses
 from insonify.synthesis.waveform_basis import MAX_WAVEFORMS, WaveformBasis, waveform_basis
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 Floats = NDArray[np.float64]
 MIN_PASSED_ENERGY = 0.9
@@ -33,7 +33,7 @@ MAX_POSES = 2000
 """Pings looked at of those that bring an array within its own size of the surface or the bed [1]."""
 
 
-def element_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def element_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors that keep elements from being recorded, or a moving sonar from being simulated."""
     receiver = scenario.sonar.receiver
     if receiver.record == "elements" and scenario.field == "incoherent":
@@ -51,7 +51,7 @@ def element_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         yield from _out_of_band_errors(scenario)
 
 
-def _out_of_water_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _out_of_water_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """The first element that any ping has above the surface or below the level of the bed."""
     bed = scenario.seabed.depth
     for side in scenario.sonar.side_sonars:
@@ -81,7 +81,7 @@ def elements_out_of_water(side: Sonar, poses: Poses, bed: float) -> Iterator[tup
             yield ping, row, float(depth[row])
 
 
-def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _out_of_band_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """A receiver that an echo's Doppler shift leaves, and pulses so long that no sum of shapes holds it."""
     poses, stop = platforms(scenario), scenario.track.window[1]
     moved = [
@@ -117,7 +117,7 @@ def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         )  # fmt: skip
 
 
-def _waveform_bases(scenario: Scenario, poses: Platforms, ping: int) -> list[WaveformBasis]:
+def _waveform_bases(scenario: ScenarioParts, poses: Platforms, ping: int) -> list[WaveformBasis]:
     """Waveforms of each side at the fastest ping; none where its beams are at fault."""
     pulse, bases = received_pulse(scenario.sonar), []
     for side in scenario.sonar.side_sonars:

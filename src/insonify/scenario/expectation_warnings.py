@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 FEWEST = {True: 4.0, False: 1.0}
 """Points in a resolution cell, over relief and on a flat bed, below which 2 ms of a shadow 20 dB deep may be off by
@@ -14,7 +14,7 @@ MIN_RAYS = 50_000
 """Rays of the tracer below which they may [1]."""
 
 
-def expectation_warnings(scenario: Scenario) -> list[str]:
+def expectation_warnings(scenario: ScenarioParts) -> list[str]:
     """Warnings about expected intensities whose shadows are coarsely sampled."""
     paths, relief = scenario.paths, bool(scenario.seabed.relief)
     shaded = scenario.scene.occluders and "seabed" in paths.contributions and scenario.seabed.scattering is not None

@@ -13,7 +13,7 @@ from insonify.model import field_error
 from insonify.scene.flat_faces import FlatFace, flat_faces
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 GAP, SLOPE = 1e-3, 1e-3
 """Distance [m] and sine of the angle between two faces below which neither hides the other."""
@@ -21,7 +21,7 @@ LAP = 1e-3
 """Width to which two faces may lie on one another, as neighbours with a common edge do [m]."""
 
 
-def overlapping_face_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def overlapping_face_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors of faces of different targets that reflect sound from the same point.
 
     Args:

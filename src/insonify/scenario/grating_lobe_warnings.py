@@ -12,7 +12,7 @@ from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import beams, grating_lobes
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 Floats = NDArray[np.float64]
 Transducers = LineArray | PlanarArray | PointTransducer
@@ -24,7 +24,7 @@ LEVEL = 1e-9
 """Cosine to the array's down below which a lobe lies in the plane of the beams [1]."""
 
 
-def grating_lobe_warnings(scenario: Scenario, sound_speed: float) -> Iterator[str]:
+def grating_lobe_warnings(scenario: ScenarioParts, sound_speed: float) -> Iterator[str]:
     """Warnings on the arrays of a sonar.
 
     Args:

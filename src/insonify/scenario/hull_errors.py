@@ -17,7 +17,7 @@ from insonify.scene.solid import complete_triangles, seabed_depth_at
 from insonify.scene.target import PointTarget, Target
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
     from insonify.sonar.hull import Hull
     from insonify.sonar.track.poses import Poses
 
@@ -30,7 +30,7 @@ MAX_PINGS = 500
 """Pings, spread evenly over the track, at which a hull is compared with relief [1]."""
 
 
-def hull_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+def hull_errors(scenario: ScenarioParts, array_positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
     """Errors of `sonar.hull`: out of the water at some ping, around an array or a target, or of one of two platforms.
 
     Args:
@@ -70,7 +70,7 @@ def hull_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Itera
                               f"at ping {ping}. Move the target or the track, or change sonar.hull.")  # fmt: skip
 
 
-def _aground_error(scenario: Scenario, hull: Hull, poses: Poses) -> Iterator[PydanticCustomError]:
+def _aground_error(scenario: ScenarioParts, hull: Hull, poses: Poses) -> Iterator[PydanticCustomError]:
     """Error of a hull whose underside relief reaches."""
     underside = poses.offset_positions(hull.offset)
     if seabed_depth_span(scenario)[0] > underside[:, 2].max():
@@ -89,7 +89,7 @@ def _aground_error(scenario: Scenario, hull: Hull, poses: Poses) -> Iterator[Pyd
                           "third number (down) such that it stays in the water, or move the track.")  # fmt: skip
 
 
-def _triangles(scenario: Scenario, target: Target) -> Floats:
+def _triangles(scenario: ScenarioParts, target: Target) -> Floats:
     """Corners of a target's triangles [m], out of the water too, shape (n, 3, 3); all three the position of a point."""
     if isinstance(target, PointTarget):
         return np.broadcast_to(np.array(target.position), (1, 3, 3))

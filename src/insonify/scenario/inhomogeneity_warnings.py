@@ -10,13 +10,13 @@ from insonify.ocean.inhomogeneity import wave_parameter
 from insonify.sonar.hydrophones import element_layout
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 SHARED = 0.5
 """Largest extent of an array whose elements are taken to share their delays, re the patches' length [1]."""
 
 
-def inhomogeneity_warnings(scenario: Scenario) -> list[str]:
+def inhomogeneity_warnings(scenario: ScenarioParts) -> list[str]:
     """Words on patches so small that they scatter, and on arrays that span several; none in even water."""
     uneven, sonar = scenario.water.inhomogeneity, scenario.sonar
     if uneven is None or uneven.rms_index == 0:

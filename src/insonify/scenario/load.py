@@ -1,26 +1,17 @@
 """Scenario files to frozen models, or to advice on every line that is wrong."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
-
-from pydantic import BaseModel, ValidationError
 
 from insonify.caller_warning import warn_caller
 from insonify.diagnostics.diagnostic import Diagnostic, ScenarioError
-from insonify.diagnostics.validation_errors import validation_diagnostics, yaml_boolean_errors
-from insonify.diagnostics.yaml_source import YamlSource, read
+from insonify.diagnostics.yaml_source import read
+from insonify.scenario.parsing import ModelT, parse_source
+from insonify.scenario.scenario import Scenario
 from insonify.scenario.unit_warnings import unit_warnings
 from insonify.validity import PhysicsWarning
 
-if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
-
 MAX_TEXT = 64 << 20
 """Most bytes of a file that describes a scenario: hundreds of thousands of targets."""
-
-ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
 def load_scenario(path: str | Path) -> Scenario:
@@ -32,8 +23,6 @@ def load_scenario(path: str | Path) -> Scenario:
     Raises:
         ScenarioError: Every fault found in the file, one line each.
     """
-    from insonify.scenario.scenario import Scenario
-
     return load(Scenario, path)
 
 
@@ -70,24 +59,6 @@ def parse_model(
         ScenarioError: Every fault found in the text, one line each.
     """
     return parse_source(model, read(text, name), folder, recorded=recorded)
-
-
-def parse_source(model: type[ModelT], source: YamlSource, folder: str | Path, *, recorded: bool = False) -> ModelT:
-    """Parse a model from plain values; arguments as those of `parse_model`.
-
-    Raises:
-        ScenarioError: Every fault found in the values, those that the source has already included.
-    """
-    if source.values is None:
-        raise ScenarioError(source.faults)
-    source.faults += yaml_boolean_errors(model, source)
-    try:
-        parsed = model.model_validate(source.values, context={"folder": folder, "recorded": recorded})
-    except ValidationError as error:
-        raise ScenarioError([*source.faults, *validation_diagnostics(error, model, source)]) from None
-    if source.faults:
-        raise ScenarioError(source.faults)
-    return parsed
 
 
 def _text(path: Path) -> str:

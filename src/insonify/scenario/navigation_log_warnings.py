@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from insonify.sonar.track import NavigationTrack
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 FASTEST = 15.0
 """Speed from one row to the next beyond which a log has jumped, more than any survey vessel makes [m/s]."""
 
 
-def jump_warning(scenario: Scenario) -> str:
+def jump_warning(scenario: ScenarioParts) -> str:
     """Warning on rows that the platform could only reach by a jump; empty without any under the track's pings."""
     track = scenario.track
     if not isinstance(track, NavigationTrack):
@@ -36,7 +36,7 @@ def jump_warning(scenario: Scenario) -> str:
     )
 
 
-def gap_warning(scenario: Scenario) -> str:
+def gap_warning(scenario: ScenarioParts) -> str:
     """Warning on pauses of a log over which poses are made up; empty where there is none under the track's pings."""
     track = scenario.track
     if not isinstance(track, NavigationTrack):

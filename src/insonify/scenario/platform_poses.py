@@ -11,13 +11,13 @@ from insonify.sonar.platforms import Platforms
 from insonify.sonar.track import Poses, true_poses
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
     from insonify.sonar.track import Track
 
 Later = tuple[Poses, Poses] | None
 
 
-def platforms(scenario: Scenario) -> Platforms:
+def platforms(scenario: ScenarioParts) -> Platforms:
     """Platforms of a scenario; a receiver that keeps to the transmitter's poses rides the same platform.
 
     Args:
@@ -32,7 +32,7 @@ _LATEST: RecentResults[Platforms] = RecentResults(1)
 """Platforms of the latest scenario: its checks and its preparation need them ten times."""
 
 
-def _platforms(scenario: Scenario) -> Platforms:
+def _platforms(scenario: ScenarioParts) -> Platforms:
     """Work out the poses of `platforms`."""
     moves = not scenario.track.stop_and_hop
     sending, later = _track_poses(scenario.track, scenario.seed, moves)
@@ -44,7 +44,7 @@ def _platforms(scenario: Scenario) -> Platforms:
     return Platforms(sending, receiving, later, other)
 
 
-def receiver_seed(scenario: Scenario) -> int:
+def receiver_seed(scenario: ScenarioParts) -> int:
     """The seed of what is random about a receiver's own platform: no scenario has it for its first."""
     return scenario.seed | 1 << 63
 

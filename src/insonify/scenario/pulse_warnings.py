@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 MAX_WINDOW_FRACTION = 0.1
 """Part of the time to the end of the window that a pulse may last without a warning [1]."""
@@ -15,7 +15,7 @@ LONGEST_IN_MS = 50.0
 """Greatest number that is a plausible duration in milliseconds [1]."""
 
 
-def pulse_warnings(scenario: Scenario) -> list[str]:
+def pulse_warnings(scenario: ScenarioParts) -> list[str]:
     """Warnings about a pulse that fills the recording, or whose echoes are longer than any sonar's."""
     pulse, stop = scenario.sonar.pulse, scenario.track.window[1]
     compressed = pulse.kind == "lfm" and scenario.sonar.receiver.matched_filter

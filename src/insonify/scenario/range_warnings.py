@@ -15,7 +15,7 @@ from insonify.scene.target import PointTarget, Target
 from insonify.scene.volume_scatterers import max_water_depth
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 Floats = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ SLOPES = 2.0
 """Over relief the bed may come as much nearer to one side [1]."""
 
 
-def range_warnings(scenario: Scenario) -> list[str]:
+def range_warnings(scenario: ScenarioParts) -> list[str]:
     """Warnings on a seabed, targets, patches or layers out of reach of every ping's window."""
     ends = [position for name, position in array_positions(scenario).items() if name not in (PLATFORM, RECEIVER)]
     stop = scenario.track.window[1]
@@ -39,7 +39,7 @@ def range_warnings(scenario: Scenario) -> list[str]:
     return [word for word in warnings if word]
 
 
-def _receiver(scenario: Scenario, reach: str) -> str:
+def _receiver(scenario: ScenarioParts, reach: str) -> str:
     """Warning on a receiver so far from the transmitter that no window holds an echo; empty otherwise."""
     poses = platforms(scenario)
     nearest = float(np.linalg.norm(poses.transmitter_poses.position - poses.receiver_poses.position, axis=1).min())
@@ -51,7 +51,7 @@ def _receiver(scenario: Scenario, reach: str) -> str:
     )
 
 
-def _bed(scenario: Scenario, ends: list[Floats], farthest: float, reach: str) -> str:
+def _bed(scenario: ScenarioParts, ends: list[Floats], farthest: float, reach: str) -> str:
     """Warning on a seabed below the reach of every ping; empty otherwise."""
     if scenario.seabed.scattering is None:
         return ""
@@ -71,7 +71,7 @@ def _bed(scenario: Scenario, ends: list[Floats], farthest: float, reach: str) ->
     )
 
 
-def _target(scenario: Scenario, target: Target, ends: list[Floats], farthest: float, reach: str) -> str:
+def _target(scenario: ScenarioParts, target: Target, ends: list[Floats], farthest: float, reach: str) -> str:
     """Warning on a target that no ping comes near; empty otherwise."""
     label = target.label
     nearest = float(min(np.hypot(*(end_position[:, :2] - target.position[:2]).T).min() for end_position in ends))
@@ -98,7 +98,7 @@ def _patch(patch: ScatteringPatch, ends: list[Floats], farthest: float, reach: s
     )
 
 
-def _layers(scenario: Scenario) -> list[str]:
+def _layers(scenario: ScenarioParts) -> list[str]:
     """Words on layers of the water that begin where there is none any more."""
     written, bed = scenario.water.volume_strength_db, max_water_depth(scenario.completed_seabed)
     rows = written if isinstance(written, tuple) else ()

@@ -17,7 +17,7 @@ from insonify.synthesis.receiver_chain import receiver_gain
 from insonify.units import amplitude_ratio, level_db
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 MAX_ELEMENTS = 4096
 """Elements whose noise is drawn together: their covariance takes 0.3 GB."""
@@ -25,7 +25,7 @@ MIN_NOISE_STEPS = 0.5
 """Rms noise in one quadrature below which nearly all samples of a converter are 0 [steps]."""
 
 
-def receiver_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def receiver_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors in the settings of noise and receiver that prevent a simulation."""
     sonar, track, receiver = scenario.sonar, scenario.track, scenario.sonar.receiver
     if receiver.matched_filter and receiver.stages:
@@ -44,7 +44,7 @@ def receiver_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     yield from _too_many_elements_error(scenario)
 
 
-def _recorder_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _recorder_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors of a recorder that needs more samples or pings than there are."""
     recorder, track = scenario.sonar.recorder, scenario.track
     if recorder is None:
@@ -61,7 +61,7 @@ def _recorder_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         yield field_error("sonar.recorder", None, f"{error}.")
 
 
-def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _out_of_band_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors of tones outside the receiver's band."""
     receiver, centre = scenario.sonar.receiver, scenario.sonar.pulse.frequency
     edge = FULL_TO_FLAT_BANDWIDTH / 2 * receiver.bandwidth
@@ -74,7 +74,7 @@ def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
             )  # fmt: skip
 
 
-def _too_many_elements_error(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _too_many_elements_error(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Elements whose covariance would not fit."""
     sonar, water = scenario.sonar, scenario.water
     noisy = water.noise is not None or water.noise_level_db is not None
@@ -85,7 +85,7 @@ def _too_many_elements_error(scenario: Scenario) -> Iterator[PydanticCustomError
                       "instead, which is each element's own.")  # fmt: skip
 
 
-def receiver_warnings(scenario: Scenario) -> Iterator[str]:
+def receiver_warnings(scenario: ScenarioParts) -> Iterator[str]:
     """A sentence on each doubtful setting."""
     sonar, water = scenario.sonar, scenario.water
     receiver, stop = sonar.receiver, scenario.track.window[1]
@@ -116,7 +116,7 @@ def receiver_warnings(scenario: Scenario) -> Iterator[str]:
                "or a lower full_scale_db.")  # fmt: skip
 
 
-def _rms_noise(scenario: Scenario) -> float:
+def _rms_noise(scenario: ScenarioParts) -> float:
     """Noise in the band of one channel, if it had no directivity [uPa]; its laws warn of themselves."""
     water, pulse = scenario.water, received_pulse(scenario.sonar)
     own = scenario.sonar.receiver.self_noise

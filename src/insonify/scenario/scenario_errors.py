@@ -32,7 +32,7 @@ from insonify.sonar.ping_geometry import array_depths
 from insonify.sonar.track import LineTrack, StaticTrack
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ MIN_POINT_DISTANCE = 1.0
 """Distance that source level and target strength refer to: no point target may be nearer to the sonar [m]."""
 
 
-def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def scenario_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors in the combination of valid parts of a scenario.
 
     Args:
@@ -82,7 +82,7 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         yield from swell_errors(scenario, positions)
 
 
-def _unknown_objects(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _unknown_objects(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors of replica perturbations of objects that the scene lacks."""
     labels = [*(one.label for one in scenario.targets), *(one.label for one in scenario.water.patches)]
     known = (*labels, "seabed", "surface", "water", "boundary echo")
@@ -93,7 +93,7 @@ def _unknown_objects(scenario: Scenario) -> Iterator[PydanticCustomError]:
                                   f"Write one of {', '.join(known)}.")  # fmt: skip
 
 
-def _explicit_sea_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _explicit_sea_limits(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors of settings for which bounce points on an explicit sea surface are not searched."""
     twice = [name for name in scenario.paths.followed_families if bounce_sequence(name).count("S") > 1]
     if twice:
@@ -104,7 +104,7 @@ def _explicit_sea_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
         )  # fmt: skip
 
 
-def _volume_scattering_limits(scenario: Scenario, position: str) -> Iterator[PydanticCustomError]:
+def _volume_scattering_limits(scenario: ScenarioParts, position: str) -> Iterator[PydanticCustomError]:
     """Errors of volume scattering that an engine or a geometry does not simulate."""
     for name in ("volume_strength_db", "patches"):
         if getattr(scenario.water, name) not in (None, ()):
@@ -112,7 +112,7 @@ def _volume_scattering_limits(scenario: Scenario, position: str) -> Iterator[Pyd
                           "eigenrays under paths, or leave it out.")  # fmt: skip
 
 
-def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _tracer_limits(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors of settings that straight rays of energy cannot represent."""
     yield from _volume_scattering_limits(scenario, "the tracer")
     if scenario.seabed.texture is not None:
@@ -135,7 +135,7 @@ def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
                       "reflection: flat, give a sphere, or write engine: eigenrays under paths.")  # fmt: skip
 
 
-def _profile_depth_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _profile_depth_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     written, bed = scenario.water.profile, scenario.seabed.depth
     if written is None:
         return
@@ -152,7 +152,7 @@ def _profile_depth_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         )  # fmt: skip
 
 
-def _sonar_inside_target(scenario: Scenario, positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+def _sonar_inside_target(scenario: ScenarioParts, positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
     seabed = scenario.completed_seabed
     for row, target in enumerate(scenario.targets):
         if isinstance(target, PointTarget):
@@ -182,7 +182,7 @@ def _point_target_too_near(row: int, point: PointTarget, positions: dict[str, Fl
             return
 
 
-def _blind_beam_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _blind_beam_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     # Whether a steered beam exists depends on the wavelength, which is no field of an array.
     depths = array_depths(scenario.sonar, platforms(scenario))
     speeds = scenario.water.sound_speed_at(depths)
@@ -195,7 +195,7 @@ def _blind_beam_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
                 break
 
 
-def _slice_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+def _slice_errors(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors of slices: the vertical plane of one beam, which must not lean and must point along boresight."""
     sonar, track = scenario.sonar, scenario.track
     yield from _volume_scattering_limits(scenario, "a slice, which is one plane")

@@ -33,7 +33,7 @@ from insonify.sonar.received_pulse import received_pulse
 from insonify.validity import PhysicsWarning
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ MAX_LOST_ENERGY = 0.1
 """Share of the pulse's energy that a receiver may leave out without a word [1]."""
 
 
-def scenario_warnings(scenario: Scenario) -> None:
+def scenario_warnings(scenario: ScenarioParts) -> None:
     """Warn of what can be simulated but may not be meant: laws, receiver, lobes, profile, log, ground, nearness."""
     sonar, water = scenario.sonar, scenario.water
     water.absorption(sonar.pulse.frequency)  # for the warning that its law gives of itself
@@ -74,14 +74,14 @@ def scenario_warnings(scenario: Scenario) -> None:
         warn_caller(sentence, PhysicsWarning)
 
 
-def _bubbles(scenario: Scenario) -> None:
+def _bubbles(scenario: ScenarioParts) -> None:
     """Evaluate the loss of surface bounces to bubbles, if there are any, for the warnings that its law gives."""
     wind, bounced = scenario.surface.wind_speed, any("S" in name for name in scenario.paths.followed_families)
     if wind and bounced and scenario.surface.reflection in ("statistical", "explicit"):
         bubble_loss_db(wind, scenario.sonar.pulse.frequency, np.pi / 2)
 
 
-def _absorption_warning(scenario: Scenario) -> str:
+def _absorption_warning(scenario: ScenarioParts) -> str:
     """Warning on a measured absorption far above that of the law, as in a wrong unit; empty otherwise."""
     water, frequency = scenario.water, scenario.sonar.pulse.frequency
     if water.absorption_db_per_m is None:
@@ -98,7 +98,7 @@ def _absorption_warning(scenario: Scenario) -> str:
     )
 
 
-def _unused_water_warning(scenario: Scenario) -> str:
+def _unused_water_warning(scenario: ScenarioParts) -> str:
     """Warning on scattering water that is not among the contributions; empty otherwise."""
     if not scenario.water.scatters or "water" in scenario.paths.contributions:
         return ""
@@ -108,7 +108,7 @@ def _unused_water_warning(scenario: Scenario) -> str:
     )
 
 
-def _equal_target_warnings(scenario: Scenario) -> Iterator[str]:
+def _equal_target_warnings(scenario: ScenarioParts) -> Iterator[str]:
     """Warnings on targets that are equal, their labels apart: each echo would count twice."""
     rows = dict[Target, int]()
     for row, target in enumerate(scenario.targets):
@@ -120,7 +120,7 @@ def _equal_target_warnings(scenario: Scenario) -> Iterator[str]:
             )
 
 
-def _narrow_receiver_warning(scenario: Scenario) -> str:
+def _narrow_receiver_warning(scenario: ScenarioParts) -> str:
     """Warning on a receiver that leaves out more than a tenth of the pulse; empty otherwise."""
     pulse, band = scenario.sonar.pulse, scenario.sonar.receiver.bandwidth
     lost = received_pulse(scenario.sonar).out_of_band_energy
@@ -133,7 +133,7 @@ def _narrow_receiver_warning(scenario: Scenario) -> str:
     )
 
 
-def _profile_corners(scenario: Scenario, sonar_depths: Floats) -> str:
+def _profile_corners(scenario: ScenarioParts, sonar_depths: Floats) -> str:
     """Warning on corners of the profile that make caustics; empty where there is none within the window's range."""
     water, bed = scenario.water, scenario.seabed.depth
     if not water.layered:
@@ -156,7 +156,7 @@ def _profile_corners(scenario: Scenario, sonar_depths: Floats) -> str:
     )
 
 
-def _thin_layer_warning(scenario: Scenario) -> str:
+def _thin_layer_warning(scenario: ScenarioParts) -> str:
     """Warning on knots of the profile so near to each other that digits decide the gradient; empty where none are."""
     written = scenario.water.profile
     if written is None:

@@ -12,10 +12,10 @@ from insonify.scene.target import PointTarget, key_label, solids_of_one_law
 from insonify.units import intensity_ratio
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 
-def smooth_face_warnings(scenario: Scenario) -> Iterator[str]:
+def smooth_face_warnings(scenario: ScenarioParts) -> Iterator[str]:
     """A sentence on each doubtful smooth face."""
     named = [
         (f"targets.{row}", faces)

@@ -18,14 +18,14 @@ from insonify.scene.scatterers import Boundary
 from insonify.scene.target import PointTarget
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 Floats = NDArray[np.float64]
 DEPTHS = 5
 """Depths of a target that are tried."""
 
 
-def swell_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+def swell_errors(scenario: ScenarioParts, array_positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
     """A tilted swell that gives some path of some ping more bounce points than one.
 
     Args:
@@ -48,7 +48,7 @@ def swell_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iter
     )  # fmt: skip
 
 
-def required_curvature_radius(scenario: Scenario, ends: dict[str, Floats]) -> tuple[float, str]:
+def required_curvature_radius(scenario: ScenarioParts, ends: dict[str, Floats]) -> tuple[float, str]:
     """Inverse of the least curvature with which a swell gives a path a second bounce point [m], and its family.
 
     A path with heights h1 and h2 climbed before and after the bounce has 2 h1 h2 r^2 / (h1 + h2)^3: it grows with
@@ -71,7 +71,7 @@ def required_curvature_radius(scenario: Scenario, ends: dict[str, Floats]) -> tu
     return worst, which
 
 
-def _ends(scenario: Scenario, positions: Floats) -> Iterator[tuple[Boundary, Floats, float, float]]:
+def _ends(scenario: ScenarioParts, positions: Floats) -> Iterator[tuple[Boundary, Floats, float, float]]:
     """Boundary of what paths end at, its depths, and distances over ground from the track, nearest and farthest [m]."""
     scene, causes = scenario.scene, scenario.paths.contributions
     bed, law = scene.seabed.terrain, scenario.seabed.law(scenario.sonar.pulse.frequency, 1500.0)
@@ -94,7 +94,7 @@ def _ends(scenario: Scenario, positions: Floats) -> Iterator[tuple[Boundary, Flo
 
 
 def _curvature_radius(
-    scenario: Scenario, family: str, source: float, depths: Floats, nearest: float, farthest: float
+    scenario: ScenarioParts, family: str, source: float, depths: Floats, nearest: float, farthest: float
 ) -> float:  # fmt: skip
     """Largest flatness of the paths of one family from one depth to some depths within the window [m]."""
     water, bed = scenario.water, scenario.seabed.depth

@@ -13,7 +13,7 @@ from insonify.model import field_error
 from insonify.scenario.track_errors import PLATFORM
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 Floats = NDArray[np.float64]
 MAX_UNKNOWN_FRACTION = 0.01
@@ -21,7 +21,7 @@ MAX_UNKNOWN_FRACTION = 0.01
 _PINGS, _BEARINGS, _DISTANCES = 20, 24, 16  # where a survey is tried
 
 
-def terrain_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+def terrain_errors(scenario: ScenarioParts, array_positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
     """Errors of a sonar over a seabed with relief.
 
     Args:
@@ -53,7 +53,7 @@ def terrain_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> It
         )  # fmt: skip
 
 
-def _land_error(scenario: Scenario, position: Floats) -> Iterator[PydanticCustomError]:
+def _land_error(scenario: ScenarioParts, position: Floats) -> Iterator[PydanticCustomError]:
     """Error of synthetic relief that stands out of the water: a slip of units more often than an island."""
     bed = scenario.completed_seabed.terrain
     if bed is None or bed.span[0] > 0:
@@ -67,7 +67,7 @@ def _land_error(scenario: Scenario, position: Floats) -> Iterator[PydanticCustom
         )  # fmt: skip
 
 
-def _terrain_depths_in_range(scenario: Scenario, position: Floats) -> tuple[Floats, float]:
+def _terrain_depths_in_range(scenario: ScenarioParts, position: Floats) -> tuple[Floats, float]:
     """Depths of the ground at positions spread evenly over what is in reach of a track, and how far that is [m]."""
     bed = scenario.completed_seabed.terrain
     assert bed is not None
@@ -81,7 +81,7 @@ def _terrain_depths_in_range(scenario: Scenario, position: Floats) -> tuple[Floa
     return bed.depth_at(north, east), farthest
 
 
-def terrain_gap_warning(scenario: Scenario, position: Floats) -> str:
+def terrain_gap_warning(scenario: ScenarioParts, position: Floats) -> str:
     """Warning on a survey that ends within reach of the sonar; empty where it does not.
 
     Args:

@@ -14,7 +14,7 @@ from insonify.scenario.platform_poses import platforms
 from insonify.scene.solid import seabed_depth_at
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
     from insonify.sonar.platforms import Platforms
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,7 @@ WRITTEN = {"static": "position", "line": "start", "waypoints": "waypoints", "nav
 ENDS = ("transmit", "receive")
 
 
-def array_positions(scenario: Scenario, poses: Platforms | None = None) -> dict[str, Floats]:
+def array_positions(scenario: ScenarioParts, poses: Platforms | None = None) -> dict[str, Floats]:
     """Positions of each platform and its arrays at every ping: north, east, depth [m], each of shape (pings, 3).
 
     Args:
@@ -45,7 +45,9 @@ def array_positions(scenario: Scenario, poses: Platforms | None = None) -> dict[
     return positions
 
 
-def track_out_of_water_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+def track_out_of_water_errors(
+    scenario: ScenarioParts, array_positions: dict[str, Floats]
+) -> Iterator[PydanticCustomError]:
     """The first array that leaves the water, and where.
 
     Args:
@@ -62,7 +64,7 @@ def track_out_of_water_errors(scenario: Scenario, array_positions: dict[str, Flo
 
 
 def _out_of_water_errors(
-    scenario: Scenario, key: str, platform: Floats, arrays: dict[str, Floats]
+    scenario: ScenarioParts, key: str, platform: Floats, arrays: dict[str, Floats]
 ) -> Iterator[PydanticCustomError]:
     """The first of one platform's arrays that leaves the water."""
     depths = {name: position[:, 2] for name, position in arrays.items()}
@@ -81,7 +83,7 @@ def _out_of_water_errors(
             return  # the other arrays hang on the same depth
 
 
-def seabed_depth_span(scenario: Scenario) -> tuple[float, float]:
+def seabed_depth_span(scenario: ScenarioParts) -> tuple[float, float]:
     """Depths between which all of the seabed lies [m]."""
     bed = scenario.completed_seabed.terrain
     return (scenario.seabed.depth,) * 2 if bed is None else bed.span

@@ -10,7 +10,7 @@ from insonify.scenario.platform_poses import platforms
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 
 if TYPE_CHECKING:
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 MIN_LOSS_DB = 1.5
 """Loss at the end of the window from which on there is a warning [dB]."""
@@ -22,7 +22,7 @@ APERTURE = 0.886
 """Full width at half power of a uniform line, over wavelength by length [rad]."""
 
 
-def turn_warnings(scenario: Scenario, wavelength: float) -> list[str]:
+def turn_warnings(scenario: ScenarioParts, wavelength: float) -> list[str]:
     """Warnings about turns during which echoes come back beside the receive beam; none where they are slow.
 
     Args:
@@ -60,7 +60,7 @@ def turn_loss_db(turned: float, widths: tuple[float, float]) -> float:
     return float(10 / np.log(10) * turned**2 / (2 * variance)) if variance > 0 else 0.0
 
 
-def _turned(scenario: Scenario) -> np.ndarray:
+def _turned(scenario: ScenarioParts) -> np.ndarray:
     """Change of heading from the start of each ping to the end of its window [rad], shape (pings,); empty: none."""
     poses = platforms(scenario)
     if poses.transmitter_window_poses is None or poses.is_bistatic or scenario.sonar.receiver.record == "elements":
@@ -69,7 +69,7 @@ def _turned(scenario: Scenario) -> np.ndarray:
     return np.asarray(np.abs(np.angle(np.exp(1j * change))))
 
 
-def _widths(scenario: Scenario, wavelength: float) -> tuple[float, float]:
+def _widths(scenario: ScenarioParts, wavelength: float) -> tuple[float, float]:
     """Widths of the transmit and the receive beam in the plane of heading [rad]; half a turn where they are points."""
     first, second = (_width(array, wavelength) for array in scenario.sonar.beam_arrays[:2])
     return first, second

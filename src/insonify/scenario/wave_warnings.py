@@ -12,7 +12,7 @@ from insonify.propagation.families import bounce_sequence
 
 if TYPE_CHECKING:
     from insonify.propagation.explicit_surface import ExplicitWaves
-    from insonify.scenario.scenario import Scenario
+    from insonify.scenario.scenario_parts import ScenarioParts
 
 CROWDED = 1.5
 """Curvature across a path, over that of a mirror, from which decibels are lost [1]."""
@@ -20,7 +20,7 @@ BEARINGS = np.linspace(0, np.pi, 37)
 """Bearings of paths that are tried [rad]."""
 
 
-def wave_warnings(scenario: Scenario, shallowest: float) -> Iterator[str]:
+def wave_warnings(scenario: ScenarioParts, shallowest: float) -> Iterator[str]:
     """Words on waves that focus too much to be followed, or that reach the sonar.
 
     Args:
@@ -49,7 +49,7 @@ def wave_warnings(scenario: Scenario, shallowest: float) -> Iterator[str]:
         )
 
 
-def wave_focusing(sea: ExplicitWaves, scenario: Scenario, shallowest: float) -> tuple[float, float]:
+def wave_focusing(sea: ExplicitWaves, scenario: ScenarioParts, shallowest: float) -> tuple[float, float]:
     """Margin of waves to one bounce a path: curvature across the path over that of its mirror; bounces along it.
 
     A surface of curvature c adds 2 c sin(g) to the curvature of a path's length, that of a mirror being 1/r1 + 1/r2
