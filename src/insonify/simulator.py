@@ -23,7 +23,7 @@ from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
 from insonify.kernel_compilation import compile_ahead
 from insonify.machine_memory import warn_of_memory
 from insonify.malloc_tuning import keep_freed_memory
-from insonify.propagation.families import families_reaching
+from insonify.propagation.families import bottom_bounces, families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model_choice import propagation_model_for
 from insonify.records.arrivals import Arrivals, concatenate_arrivals, expand_arrivals
@@ -123,7 +123,7 @@ class Simulator:
         if terrain is None or terrain.span[0] == terrain.span[1] or uneven:
             return None
         # its radials follow the mean plane: off relief alone, sound comes from elsewhere
-        if all("B" in name for name in families_reaching("seabed", path_settings.followed_families)):
+        if all(bottom_bounces(name) for name in families_reaching("seabed", path_settings.followed_families)):
             return None
         reverberation = prepare_fast_reverberation(self.engine.scene, path_settings, geometry, self.engine.rays)
         return None if reverberation is None or self._terrain_hides_much else reverberation

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from insonify.engines.face_reflection import face_families, face_family
 from insonify.engines.hull_reflection import hull_families
-from insonify.propagation.families import DIRECT
+from insonify.propagation.families import DIRECT, bottom_bounces
 from insonify.propagation.glints import leg_rows
 from insonify.propagation.local_planes import flat_bounces, fresnel_zone
 from insonify.propagation.path_settings import PathSettings
@@ -157,7 +157,7 @@ def sediment_bounce_factor(
     Valid: zones are those of straight rays over a flat seabed.
     """
     factor, k = np.ones_like(length), 2 * np.pi / wavelength
-    if seabed.relief or not isinstance(seabed.scattering, SedimentLaw) or "B" not in family:
+    if seabed.relief or not isinstance(seabed.scattering, SedimentLaw) or not bottom_bounces(family):
         return factor
     material = sediment(seabed.scattering.sediment)
     paths = flat_bounces(family, depth - hull_depth, length, sine, seabed.depth - hull_depth)

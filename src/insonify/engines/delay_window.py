@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.face_reflection import faces_in_reach
-from insonify.propagation.families import image_depth
+from insonify.propagation.families import bounce_count, image_depth
 from insonify.propagation.path_settings import PathSettings
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
@@ -71,7 +71,7 @@ def in_delay_window(
         longest = np.zeros(len(scatterers))
         for family in path_settings.followed_families:
             down = scatterers.position[:, 2] - image_depth(family, float(position[2]), scene.seabed.depth)
-            bounces = 0 if family == "D" else len(family)
+            bounces = bounce_count(family)
             np.maximum(longest, np.hypot(flat, down) + 2 * bounces * (rise + BOUNCE_EXCESS_LENGTH), out=longest)
         longest += 2 * max((max(float(face.signed_distance(position)), 0.0) for face in faces), default=0.0)
         nearest += np.linalg.norm(scatterers.position - position, axis=1)

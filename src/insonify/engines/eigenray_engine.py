@@ -42,7 +42,7 @@ from insonify.engines.relief_reflections import reflect_off_relief, relief_rough
 from insonify.engines.relief_specular_points import family_specular_points, with_specular_points
 from insonify.engines.terrain_occlusion import TerrainOcclusion
 from insonify.propagation.delay_field import DelayField
-from insonify.propagation.families import DIRECT, families_reaching
+from insonify.propagation.families import DIRECT, bottom_bounces, families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.knife_edge import diffract_at_edges
 from insonify.propagation.path_settings import PathSettings
@@ -266,7 +266,7 @@ class EigenrayEngine:
             is_needed = np.array([[found is None] for found in points])
             if not ping_geometry.is_monostatic or end[2] >= terrain.span[0]:
                 legs = self._with_terrain(legs, transmitter, ping_geometry, end, None)
-            elif any("B" in legs.families[row] for row in np.flatnonzero(is_needed)):
+            elif any(bottom_bounces(legs.families[row]) for row in np.flatnonzero(is_needed)):
                 # straight below and above one position nothing but the bounces lies on the paths
                 legs = self._with_terrain(legs, transmitter, ping_geometry, end, is_needed)
         legs = self._with_water_delays(legs, transmitter, ping_geometry, end)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from insonify.engines.relief_reflections import relief_roughness_factor
 from insonify.ocean.scenario_profile import ScenarioProfile
 from insonify.propagation.bed_roughness import bed_roughness
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import bounce_sequence, first_boundary, last_boundary, surface_bounces
 from insonify.propagation.glints import GlintSurface, SonarEnd
 from insonify.propagation.propagation_model import PropagationModel, RayDomain
 from insonify.propagation.propagation_model_choice import propagation_model_for
@@ -39,7 +39,9 @@ def hull_families(followed: tuple[str, ...], *, echoes: bool = False) -> tuple[s
     return tuple(
         name.replace("S", "H")
         for name in followed
-        if name[0] == "B" and "S" in name and (name[-1] == "B" or not echoes)
+        if first_boundary(name) == "bottom"
+        and surface_bounces(name)
+        and (last_boundary(name) == "bottom" or not echoes)
     )
 
 

@@ -1,7 +1,7 @@
 """Points whose legs and pairs are held at once: what bounds the memory of a ping, whatever is in the scene."""
 
 from insonify.propagation.explicit_surface import MAX_BOUNCE_POINTS
-from insonify.propagation.families import bounce_sequence, families_reaching
+from insonify.propagation.families import bounce_sequence, families_reaching, surface_bounces
 from insonify.propagation.glints import FIXED_PHASE_GLINTS, RANDOM_PHASE_GLINTS
 from insonify.propagation.path_settings import PathSettings
 from insonify.scene.scatterers import Boundary, Scatterers
@@ -34,7 +34,7 @@ def legs_per_point(
     """
     kept = families_reaching(boundary, path_settings.followed_families)
     if scene.surface.reflection == "explicit":
-        moving = sum("S" in bounce_sequence(name) for name in kept)
+        moving = sum(surface_bounces(name) > 0 for name in kept)
         glints = RANDOM_PHASE_GLINTS * (scene.surface.wind_speed is not None)
         return len(kept) + moving * (BOUNCES * (1 + glints) - 1) + further
     rough = "S" * (scene.surface.reflection == "statistical") + "B" * (scene.seabed.reflecting_interface == "rough")
@@ -57,7 +57,7 @@ def points_at_once(scene: Scene, path_settings: PathSettings, scatterers: Scatte
     drawn, most = scatterers.has_random_phase, 0
     if scene.surface.reflection == "explicit":
         kept = families_reaching(scatterers.boundary, path_settings.followed_families)
-        moving = sum("S" in bounce_sequence(name) for name in kept)
+        moving = sum(surface_bounces(name) > 0 for name in kept)
         glints = 0 if scene.surface.wind_speed is None else RANDOM_PHASE_GLINTS if drawn else FIXED_PHASE_GLINTS
         most = len(kept) + moving * MAX_BOUNCE_POINTS * (1 + glints) + further
     count = points_of_legs(

@@ -24,7 +24,7 @@ from insonify.engines._pair_importance_kernel import assign_priorities, mark_sam
 from insonify.engines.arrived_energy import NEGLIGIBLE, arrived_energy
 from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.relief_reflections import coherent_bounce_factor
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import bottom_bounces, first_boundary, surface_bounces
 from insonify.propagation.local_planes import flat_image_paths
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.recent_results import Identity, RecentResults
@@ -252,7 +252,7 @@ def pair_energy_fractions(
 
 def _bottom_bounces(families: tuple[str, ...]) -> NDArray[np.int64]:
     """Bottom bounces of each family, (f,)."""
-    return np.array([bounce_sequence(name).count("B") for name in families])
+    return np.array([bottom_bounces(name) for name in families])
 
 
 def _edges(ping_geometry: PingGeometry) -> Floats:
@@ -290,12 +290,10 @@ def _legs(
             for name, path in zip(families, paths, strict=True)
         ]
     surface = abs(complex(scene.surface.reflection_coefficient(np.zeros(1))[0]))
-    factors = [
-        factor * surface ** bounce_sequence(name).count("S") for name, factor in zip(families, factors, strict=True)
-    ]
+    factors = [factor * surface ** surface_bounces(name) for name, factor in zip(families, factors, strict=True)]
     absorption, arrival = float(scene.water.absorption(ping_geometry.frequency)), np.array([p.arrival for p in paths])
     power = 10 ** (-absorption * length / 10) / length**2
-    up = np.array([name.startswith("S") for name in families])
+    up = np.array([first_boundary(name) == "surface" for name in families])
     departure = arrival.copy()
     departure[..., 2] = np.where(up[:, None], -1, 1) * np.abs(arrival[..., 2])
     legs = _MeanLegs(length / ping_geometry.sound_speed, departure, arrival, power)

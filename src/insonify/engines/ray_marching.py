@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from insonify.engines import _terrain_occlusion_kernel as kernel
 from insonify.engines.terrain_profiles import ProfileGroup
+from insonify.propagation.families import bottom_bounces
 from insonify.propagation.launch_angles import LaunchAngles
 
 Floats = NDArray[np.floating[Any]]
@@ -69,7 +70,7 @@ def march_over_terrain(
                 continue
             depths = rays.launches.ray_depths(family, launch_slope[mine], rays.step, count)
             spare = np.full(len(mine), np.inf)
-            if "B" in family:
+            if bottom_bounces(family):
                 spare = rays.seabed_depth - np.sqrt(rays.wavelength * distance[mine]) / 2
             clear[mine] = kernel.clear_of_terrain(
                 depths, profiles.depth, profile, samples, np.asarray(depth[mine], float), spare, PENETRATION, on_terrain

@@ -26,7 +26,7 @@ from insonify.engines.terrain_occlusion import (
     occlude_by_terrain,
     write_terrain_occlusion,
 )
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import bottom_bounces, bounce_sequence
 from insonify.propagation.glints import leg_rows, update_grazing
 from insonify.propagation.image_path_kernel import ImagePaths
 from insonify.propagation.launch_angles import StraightLaunchAngles
@@ -69,7 +69,7 @@ def reflect_off_relief(
         The same rows. Over a relief of height 0 they are bit-identical.
     """
     low, high = terrain_occlusion.bed.span
-    bounced = [row for row, family in enumerate(legs.families) if "B" in family] if high > low else []
+    bounced = [row for row, family in enumerate(legs.families) if bottom_bounces(family)] if high > low else []
     if not bounced:
         return occlude_by_terrain(legs, scatterers, position, terrain_occlusion, soft=soft)
     if not isinstance(terrain_occlusion.launches, StraightLaunchAngles):
@@ -155,7 +155,7 @@ def _may_be_weak(
     # the square root of the wavelength times the length, over that of the sine
     widest = edges[1:] * math.sqrt(terrain_occlusion.wavelength / max(float(climb.min()), 1e-9))
     once = terrain_occlusion.bed.roughness_reflection_factor(steepest, terrain_occlusion.wavelength, widest)
-    return bool(once.min() ** family.count("B") < NEGLIGIBLE_PRESSURE)
+    return bool(once.min() ** bottom_bounces(family) < NEGLIGIBLE_PRESSURE)
 
 
 def reflection_product(
@@ -224,7 +224,7 @@ def relief_roughness_factor(
     """
     factor = np.ones_like(legs.delay)
     for row, family in enumerate(legs.families):
-        if "B" in family:
+        if bottom_bounces(family):
             sine = np.abs(legs.departure[row, :, 2])
             paths = flat_bounces(family, float(position[2]), legs.length[row], sine, bed_depth)
             factor[row] = coherent_bounce_factor(family, paths, terrain, wavelength)

@@ -32,6 +32,7 @@ from insonify.engines._specular_legs_kernel import (
     write_specular_points,
 )
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
+from insonify.propagation.families import bottom_bounces, surface_bounces
 from insonify.propagation.glints import leg_rows
 from insonify.propagation.surface_water import SurfaceWater, mirrored_in_surface, rays_to, surface_water
 from insonify.recent_results import RecentResults
@@ -74,7 +75,7 @@ def family_specular_points(
     found: list[SpecularPoints | None] = []
     for family in legs.families:
         points = None
-        if family.count("B") == 1 and (not scene.water.layered or legs.families.count(family) == 1):
+        if bottom_bounces(family) == 1 and (not scene.water.layered or legs.families.count(family) == 1):
             water = _water(scene, family, at_start)
             unit = wavelength * float(water.speed[0]) * water.slowness if water.depth.size else wavelength
             # by reciprocity either direction has the same points
@@ -128,7 +129,7 @@ class _FamilyPoints(NamedTuple):
 def _water(scene: Scene, family: str, speed: float) -> SurfaceWater:
     """Water of the paths of a family; mirrored in the surface if they are reflected there."""
     water = surface_water(scene, speed, False, False)
-    return mirrored_in_surface(water) if "S" in family else water
+    return mirrored_in_surface(water) if surface_bounces(family) else water
 
 
 def _images(family: str, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
@@ -151,7 +152,7 @@ def _write(
     rows = FamilyRows(
         np.array([one.rows.start for one in found]), np.array([len(one.points.length) for one in found]),
         np.array([[-1.0 if name[k] == "S" else 1.0 for k in (0, -1)] for name in families]),
-        np.array([name.count("S") for name in families]),
+        np.array([surface_bounces(name) for name in families]),
     )  # fmt: skip
     surface = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
     columns = SpecularColumns(*(getattr(result, name) for name in SpecularColumns._fields))

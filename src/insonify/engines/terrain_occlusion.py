@@ -26,7 +26,7 @@ from insonify.engines import _terrain_diffraction_kernel as crests
 from insonify.engines import _terrain_occlusion_kernel as kernel
 from insonify.engines.ray_marching import PENETRATION, RayModel, march_over_terrain
 from insonify.engines.terrain_profiles import AzimuthProfiles, GainBound, ProfileGroup
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import DIRECT, bottom_bounces, bounce_sequence, first_boundary, last_boundary
 from insonify.propagation.knife_edge import edge_diffraction_table
 from insonify.propagation.launch_angles import LaunchAngles, StraightLaunchAngles
 from insonify.records.legs import Legs, LegStatus
@@ -101,7 +101,7 @@ class TerrainOcclusion:
             factor = None if diffraction_factor is None else diffraction_factor[row]
             if factor is not None:
                 factor[:] = 1.0
-            if on_terrain and (name == "D" or (name == "S" and self._all_below)):  # cut on their last segment only
+            if on_terrain and (name == DIRECT or (name == "S" and self._all_below)):  # cut on their last segment only
                 result[row] = True
                 self._occlude_terrain_points(groups, name, distance, result[row], factor)
             else:
@@ -153,11 +153,11 @@ class TerrainOcclusion:
         }
         is_clear = np.ones(len(distance), bool)
         for k, stop in enumerate(stops):
-            if k == 0 and string.startswith("S") and self._all_below:
+            if k == 0 and first_boundary(string) == "surface" and self._all_below:
                 continue
             passed, ends = string[:k] or "D", on_terrain and k == len(string)
             before = stop - zone_lengths.get(k, 0.0)
-            if passed.endswith("B") and not ends:
+            if last_boundary(passed) == "bottom" and not ends:
                 span = self._steps(stops[k - 1] + zone_lengths[k - 1]), self._steps(before)
                 segment_clear = np.ones(len(is_clear), bool)
                 for lines, points, rows in groups:
@@ -166,7 +166,7 @@ class TerrainOcclusion:
                 if factor is not None:
                     self._under_crests(groups, passed, span, slope, distance, segment_clear, factor)
                 continue
-            downward_slope = -slope if k == 0 and string.startswith("S") else slope
+            downward_slope = -slope if k == 0 and first_boundary(string) == "surface" else slope
             if ends:
                 segment_clear = np.ones(len(is_clear), bool)
                 self._occlude_terrain_points(groups, passed, distance, segment_clear, factor)
@@ -247,7 +247,7 @@ def launch_slope(family: str, sine: Floats) -> Floats:
         sine: Sine of the launch angle, positive down [1], any shape.
     """
     tangent = np.asarray(sine / np.sqrt(np.maximum(1 - np.asarray(sine, float) ** 2, 1e-24)))
-    return -tangent if family.startswith("S") else tangent
+    return -tangent if first_boundary(family) == "surface" else tangent
 
 
 def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavelength: float) -> Floats:
@@ -304,10 +304,10 @@ def occlude_by_terrain(
     visibility = np.empty(legs.delay.shape, complex) if soft else legs.visibility.copy()
     columns = LegOcclusion(legs.status.copy(), legs.occluder.copy(), visibility)
     distance = write_terrain_occlusion(legs, columns, scatterers, position, terrain_occlusion, soft=soft)
-    if any("B" in family for family in legs.families):
+    if any(bottom_bounces(family) for family in legs.families):
         boundary = boundary.copy()
     for row, family in enumerate(legs.families):
-        if "B" in family:
+        if bottom_bounces(family):
             boundary[row] *= _roughness_factor(terrain_occlusion, family, distance, launch_slope(family, sine[row]))
     return replace(legs, reflection_coefficient=boundary, **columns._asdict())
 

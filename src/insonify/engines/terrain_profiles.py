@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from insonify.engines import _terrain_diffraction_kernel as crests
 from insonify.engines import _terrain_profile_kernel as kernel
-from insonify.propagation.families import image_depth
+from insonify.propagation.families import bottom_bounces, image_depth, last_boundary
 from insonify.propagation.launch_angles import LaunchAngles, StraightLaunchAngles
 from insonify.recent_results import Identity, RecentResults
 from insonify.scene.heightmap_cache import HeightmapTiles
@@ -90,7 +90,7 @@ class TerrainProfiles:
         if not isinstance(rays, StraightLaunchAngles):
             largest_fall = rays.largest_unobstructed_fall(family, float(self._distance[0]), self.depth.shape[1])
             return largest_fall is not None and bool(crests.falls_within(self.depth, largest_fall))
-        if "B" in family:
+        if bottom_bounces(family):
             return False
         image = np.float32(image_depth(family, rays.source_depth, rays.water_depth))
         return bool(crests.surely_unobstructed(self.depth, self._distance, image, SAMPLES_PER_CHECK))
@@ -101,7 +101,7 @@ class TerrainProfiles:
             if family not in self._horizons:
                 slope = self._launches.launch_slope(family, self._distance, self.depth).astype(np.float32, copy=False)
                 self._horizons[family] = crests.launch_horizon(
-                    slope, self._distance, family.endswith("B"), self._wavelength
+                    slope, self._distance, last_boundary(family) == "bottom", self._wavelength
                 )
             return self._horizons[family]
 

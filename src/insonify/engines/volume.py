@@ -22,7 +22,7 @@ from insonify.engines.face_images import face_images
 from insonify.engines.parts import cut_into_blocks
 from insonify.engines.polar_grid import GAIN_MARGIN, SPARSE_GAIN_MARGIN
 from insonify.engines.resolution import Resolution
-from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.families import bottom_bounces, bounce_sequence, image_depth
 from insonify.propagation.path_settings import PathSettings
 from insonify.scene.scatterer_grid import BASE_PITCH
 from insonify.scene.scatterers import Scatterers
@@ -267,7 +267,7 @@ class VolumeScatterers:
         ray = centre - [*position[:2], image_depth(family, float(position[2]), self.scene.seabed.depth)]
         length = np.maximum(np.linalg.norm(ray, axis=1), 1e-9)
         ray[:, 2] *= (-1) ** len(bounce_sequence(family))
-        return length, radius + self._relief_height * 2 * family.count("B"), ray
+        return length, radius + self._relief_height * 2 * bottom_bounces(family), ray
 
     def _refracted_directions(self, ray: Floats) -> Iterator[tuple[Floats, float]]:
         """Departure cones of rays to some positions, given the straight directions."""
@@ -417,7 +417,7 @@ class VolumeScatterers:
         ends = np.array([geometry.transmit_position, geometry.receive_position], float)
         depth = np.array([[image_depth(name, float(end[2]), bed) for name in families] for end in ends])
         vertical_sign = np.array([(-1.0) ** len(bounce_sequence(name)) for name in families])
-        rise = np.array([2.0 * self._relief_height * name.count("B") for name in families])
+        rise = np.array([2.0 * self._relief_height * bottom_bounces(name) for name in families])
         same_ends = geometry.same_beams and geometry.is_monostatic
         return StraightPaths(ends[:, :2].copy(), depth.reshape(2, -1), vertical_sign, rise, same_ends)
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from insonify.engines.glint_spread import glint_spread
-from insonify.propagation.families import families_reaching
+from insonify.propagation.families import families_reaching, surface_bounces
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
 from insonify.sonar.two_way_beam import two_way_width
@@ -28,7 +28,7 @@ def expectation_ripple(scenario: Scenario) -> str:
     for a resolution cell are received, and its intensity varies.
     """
     paths, surface = scenario.paths, scenario.scene.surface
-    off_surface = [name for name in families_reaching("seabed", paths.followed_families) if "S" in name]
+    off_surface = [name for name in families_reaching("seabed", paths.followed_families) if surface_bounces(name)]
     if (
         scenario.field != "incoherent" or paths.engine == "tracer" or surface.reflection != "statistical"
         or "seabed" not in paths.contributions or not off_surface or paths.scatterers_per_cell >= ENOUGH

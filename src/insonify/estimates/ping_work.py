@@ -26,7 +26,13 @@ from insonify.estimates.diffraction_work import diffraction_seconds_on_seabed, d
 from insonify.estimates.facet_work import facet_work
 from insonify.estimates.terrain_work import distinct, tiles_in_reach, tiles_under_radials, tiles_under_rings
 from insonify.estimates.wave_work import wave_leg_seconds
-from insonify.propagation.families import DIRECT, bounce_sequence, families_reaching, image_depth
+from insonify.propagation.families import (
+    DIRECT,
+    bottom_bounces,
+    families_reaching,
+    image_depth,
+    surface_bounces,
+)
 from insonify.propagation.glints import MIN_COHERENT_FACTOR, glint_surface
 from insonify.propagation.image_sources import StraightRays
 from insonify.scattering.lambert import Lambert
@@ -361,7 +367,7 @@ def _pairs_of_glints(
         height = float(ping_geometry.transmit_position[2]) + depth
         phase_per_height = 4 * np.pi * frequency / ping_geometry.sound_speed * height / np.hypot(distance, height)
         coherent_factor = np.exp(-(phase_per_height**2) * float(waves.variance[-1]) / 2)
-        legs -= np.where(coherent_factor > MIN_COHERENT_FACTOR, 0, sum("S" in bounce_sequence(name) for name in kept))
+        legs -= np.where(coherent_factor > MIN_COHERENT_FACTOR, 0, sum(surface_bounces(name) > 0 for name in kept))
     return np.asarray((legs**2 - glints) / len(kept) ** 2)  # no pairs of one glint with itself
 
 
@@ -397,7 +403,7 @@ def _off_waves(
     simulator: Simulator, ping_geometry: PingGeometry, kept: tuple[str, ...], boundary: Boundary, found: BoundaryPoints
 ) -> Floats:
     """Processor time of the legs off explicit waves to one scatterer of a boundary [s], shape of their distances."""
-    families = sum("S" in bounce_sequence(name) for name in kept)
+    families = sum(surface_bounces(name) > 0 for name in kept)
     if simulator.scenario.surface.reflection != "explicit" or not families or not found.number.size:
         return np.zeros(len(found.number))
     depth = simulator.scenario.seabed.depth if boundary == "seabed" else 0.0
@@ -420,9 +426,9 @@ def _legs(simulator: Simulator, ping_geometry: PingGeometry, family: str, *, fit
         each += unit_costs.SECONDS_PER_REFRACTED_LEG
     if simulator.engine.delay_field is not None:
         each += unit_costs.SECONDS_PER_DELAY
-    if scenario.seabed.relief and "B" in family:
+    if scenario.seabed.relief and bottom_bounces(family):
         each += unit_costs.SECONDS_PER_FIT * fitted
-    if "S" in family and scenario.surface.reflection == "explicit":
+    if surface_bounces(family) and scenario.surface.reflection == "explicit":
         if scenario.water.profile is not None and scenario.water.layered:
             knots = len(scenario.water.profile.depth)
             each += unit_costs.SECONDS_PER_REFRACTED_WAVE_LEG + knots * unit_costs.SECONDS_PER_WAVE_LEG_KNOT

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.plotting import style
 from insonify.propagation.eigenray import eigenrays
+from insonify.propagation.families import DIRECT
 from insonify.propagation.ray_fan import RayFan, trace_fan
 from insonify.propagation.sound_speed_layers import sound_speed_layers
 
@@ -129,10 +130,10 @@ def section(axes: Axes, traced: RayFan, water_depth: float, source_depth: float,
     lines: dict[str, list[np.ndarray]] = {}
     for family, x, z in traced.segments():
         lines.setdefault(family, []).append(np.stack([x, z], axis=-1))
-    order = sorted(lines, key=lambda name: (name != "D", len(name), name[::-1]))
+    order = sorted(lines, key=lambda name: (name != DIRECT, len(name), name[::-1]))
     thin = float(np.clip(60 / max(len(traced), 1), 0.35, 1.1))
     for name in reversed(order):  # the direct rays on top
-        share, alpha = (1.1, 0.9) if name == "D" else (0.8, 0.55)
+        share, alpha = (1.1, 0.9) if name == DIRECT else (0.8, 0.55)
         colour = style.FAMILIES.get(name, style.QUIET)
         axes.add_collection(LineCollection(lines[name], colors=colour, linewidths=thin * share, alpha=alpha))
     axes.axhline(0, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=2, zorder=3)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from insonify import random_keys
 from insonify.ocean.inhomogeneity import Inhomogeneity, delay_variance
 from insonify.propagation._delay_field_kernel import add_delay_waves
-from insonify.propagation.families import image_depth
+from insonify.propagation.families import bounce_count, image_depth
 from insonify.records.legs import Legs
 from insonify.scene.scatterer_grid import ScattererGrid
 
@@ -107,8 +107,8 @@ class DelayField:
 
     def _unfolded(self, family: str, depth: Floats) -> Floats:
         """Depth at which a family's unfolded ray arrives, straight through surface and bottom [m]."""
-        turned = family if family == "D" else family[::-1]
-        moved, sign = image_depth(turned, 0.0, self.water_depth), (-1) ** (0 if family == "D" else len(family))
+        turned = family[::-1]
+        moved, sign = image_depth(turned, 0.0, self.water_depth), (-1) ** bounce_count(family)
         return np.asarray(moved + sign * depth, float)
 
 

@@ -28,7 +28,7 @@ from insonify.propagation._stationary_point_kernel import COLUMNS, BounceSearch,
 from insonify.propagation._stationary_point_kernel import MOST_NODES as MOST_NODES
 from insonify.propagation._stationary_point_kernel import bounce_range_for_slope as bounce_range_for_slope
 from insonify.propagation.caustic import merging_factor
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import bounce_sequence, surface_bounces
 from insonify.propagation.glints import (
     LEG_COLUMNS,
     GlintBouncePoints,
@@ -208,7 +208,7 @@ def explicit_surface_legs(
     Returns:
         Transmit legs and receive legs; further rays of a family are numbered from the bounce nearest to the sonar.
     """
-    surface_rows = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
+    surface_rows = [row for row, family in enumerate(legs.families) if surface_bounces(family)]
     if not surface_rows:
         return legs, legs
     if scene.water.layered:
@@ -242,7 +242,7 @@ def _separate_rising_rays(legs: Legs) -> tuple[Legs, list[int]]:
     for family in dict.fromkeys(legs.families):
         mine = [row for row, name in enumerate(legs.families) if name == family]
         turned = [row for row in mine if family == "S" and np.any(~rising[row] & (legs.status[row] < LegStatus.SHADOW))]
-        surface_rows += [len(rows)] if "S" in bounce_sequence(family) else []
+        surface_rows += [len(rows)] if surface_bounces(family) else []
         rows += mine[:1] + turned if family == "S" else mine
     separated = leg_rows(legs, rows)
     if "S" not in legs.families:
@@ -293,7 +293,7 @@ def _moved(
             update_grazing(moved, to, scatterers.normal)
             moved.status[to][~exists] = LegStatus.SHADOW
             moved.visibility[to][~exists] = 0.0
-        elif "S" in bounce_sequence(legs.families[row]):  # rays that turn
+        elif surface_bounces(legs.families[row]):  # rays that turn
             sines[to] = calm_grazing_sine(legs, row, scene, sonar_depth)
     return moved, sines, bounce_points
 

@@ -7,11 +7,13 @@ letters of a family must alternate.
 
 from functools import lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from insonify.scene.scatterers import Boundary
 
 DIRECT = "D"
+Reflector = Literal["surface", "bottom", "hull", ""]
+_REFLECTORS: dict[str, Reflector] = {"S": "surface", "B": "bottom", "H": "hull", DIRECT: "", "": ""}
 _OWN_LETTER = {"seabed": "B", "surface": "S", "target": "", "water": "", "boundary echo": ""}
 
 
@@ -43,11 +45,35 @@ def bounce_sequence(family: str) -> str:
     return "" if family == DIRECT else family
 
 
+def bounce_count(family: str) -> int:
+    """Number of bounces of a family."""
+    return len(bounce_sequence(family))
+
+
+def surface_bounces(family: str) -> int:
+    """Number of bounces of a family off the surface."""
+    return family.count("S")
+
+
+def bottom_bounces(family: str) -> int:
+    """Number of bounces of a family off the bottom."""
+    return family.count("B")
+
+
+def first_boundary(family: str) -> Reflector:
+    """Boundary of a family's first bounce from the sonar; empty for the direct path."""
+    return _REFLECTORS[family[:1]]
+
+
+def last_boundary(family: str) -> Reflector:
+    """Boundary of a family's last bounce; empty for the direct path."""
+    return _REFLECTORS[family[-1:]]
+
+
 @lru_cache(maxsize=64)
 def family_bounces(family: str) -> Bounces:
     """Number of bounces of a family, and the first boundary."""
-    letters = bounce_sequence(family)
-    return Bounces(len(letters), letters.startswith("S"))
+    return Bounces(bounce_count(family), first_boundary(family) == "surface")
 
 
 @lru_cache(maxsize=64)

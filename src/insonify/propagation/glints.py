@@ -31,7 +31,7 @@ from insonify import random_keys
 from insonify.propagation._displaced_bounce_kernel import SurfaceBounces
 from insonify.propagation.bed_roughness import BedRoughness, bed_roughness
 from insonify.propagation.displaced_bounce import UnfoldedPaths, vertical_travel_to_bounces
-from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.families import bottom_bounces, bounce_sequence, first_boundary, image_depth, surface_bounces
 from insonify.propagation.glint_kernel import (
     STAGGER,
     CalmPaths,
@@ -231,21 +231,21 @@ class GlintSurface:
         string, count = bounce_sequence(legs.families[row]), legs.delay.shape[1]
         zeros = np.zeros(count)
         phase, quanta, loss = zeros, zeros, np.ones(count)
-        if self.waves is not None and "S" in string:
+        if self.waves is not None and surface_bounces(string):
             sine = (
                 calm_grazing_sine(legs, row, self.scene, float(sonar_end.position[2]))
                 if self.grazing_sines is None
                 else self.grazing_sines[row]
             )
-            at_surface, bounces = float(self.scene.water.sound_speed_at(0.0)), string.count("S")
+            at_surface, bounces = float(self.scene.water.sound_speed_at(0.0)), surface_bounces(string)
             phase = 4 * math.pi * self.frequency / at_surface * sine
             wind = self.scene.surface.wind_speed
             assert wind is not None  # guaranteed by the surface
             bubbles = bubble_loss_db(wind, self.frequency, np.arcsin(np.minimum(sine, 1.0)))
             quanta, loss = bounces * phase**2 * self.waves.variance[-1], 10 ** (-bounces * bubbles / 20)
-        if self.bed is None or "B" not in string:
+        if self.bed is None or not bottom_bounces(string):
             return CoherentReflection(phase, zeros, zeros, quanta, loss, zeros)
-        depth, bounces = self.scene.seabed.depth, string.count("B")
+        depth, bounces = self.scene.seabed.depth, bottom_bounces(string)
         sine = calm_grazing_sine(legs, row, self.scene, float(sonar_end.position[2]), depth)
         bed_phase = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(depth)) * sine
         longer, _ = self.bed.longer_waves(legs.families[row], float(sonar_end.position[2]), legs.length[row], sine)
@@ -261,7 +261,7 @@ class GlintSurface:
         order.
         """
         string, branch = bounce_sequence(legs.families[row]), 0 if self.bounce_points is not None else legs.branch[row]
-        family = 2 * len(string) + string.startswith("B") + HULL_FAMILY_OFFSET * self.under_hull
+        family = 2 * len(string) + (first_boundary(string) == "bottom") + HULL_FAMILY_OFFSET * self.under_hull
         return (family << 8 | branch << GLINT_BITS) | number
 
     def _surface_phasor(

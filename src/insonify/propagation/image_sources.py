@@ -16,7 +16,14 @@ from insonify.ocean.water import absorption_np_per_m
 from insonify.propagation._absorption_kernel import absorb
 from insonify.propagation._image_source_kernel import FoldedLegs, StraightLegs, mark_legs, straight_legs, write_factors
 from insonify.propagation.departure_cone_kernel import DepartureAngles, departure_cones
-from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
+from insonify.propagation.families import (
+    bottom_bounces,
+    bounce_sequence,
+    families_reaching,
+    family_bounces,
+    image_depth,
+    surface_bounces,
+)
 from insonify.propagation.launch_angles import StraightLaunchAngles
 from insonify.propagation.propagation_model import ReachableRange
 from insonify.propagation.solid_shadows import occlude_by_solids
@@ -114,7 +121,7 @@ def _bounces(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.b
 def _surface_products(scene: Scene, families: tuple[str, ...]) -> NDArray[np.complex128]:
     """Product of the surface's reflection coefficients of each family [1], shape (f,)."""
     once = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
-    return np.array([math.prod([once] * bounce_sequence(name).count("S"), start=1 + 0j) for name in families])
+    return np.array([math.prod([once] * surface_bounces(name), start=1 + 0j) for name in families])
 
 
 def _reflect_off_bottom(scene: Scene, families: tuple[str, ...], sine: Floats, product: NDArray[np.complex128]) -> None:
@@ -127,9 +134,9 @@ def _reflect_off_bottom(scene: Scene, families: tuple[str, ...], sine: Floats, p
         product: Changed: product of the reflection coefficients [1], shape (f, n).
     """
     for row, family in enumerate(families):
-        if "B" in family:
+        if bottom_bounces(family):
             once = scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(sine[row]), 1.0)))
-            for _ in range(bounce_sequence(family).count("B")):
+            for _ in range(bottom_bounces(family)):
                 product[row] *= once
 
 
@@ -199,7 +206,7 @@ class StraightRays:
         climbs = [abs(boundary_depth - image_depth(name, middle, bottom)) for name in families]
         shortest, longest = (self.scene.water.sound_speed * delay for delay in delays)
         # a bounce off terrain that is higher or lower displaces the image by twice as much
-        moved = [relief_height * (1 + 2 * name.count("B")) for name in families]
+        moved = [relief_height * (1 + 2 * bottom_bounces(name)) for name in families]
         min_vertical, max_vertical = (
             choose(climb + side * move for climb, move in zip(climbs, moved, strict=True))
             for side, choose in ((-1, min), (1, max))

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.families import DIRECT, bounce_sequence, first_boundary, image_depth, last_boundary
 
 Floats = NDArray[np.floating[Any]]
 
@@ -97,12 +97,12 @@ class StraightLaunchAngles:
     def launch_slope(self, family: str, distance: Floats, depth: Floats) -> Floats:
         """Launch slope from the image source, see `LaunchAngles`."""
         image = image_depth(family, self.source_depth, self.water_depth)
-        return np.asarray((image - depth if family.endswith("B") else depth - image) / distance)
+        return np.asarray((image - depth if last_boundary(family) == "bottom" else depth - image) / distance)
 
     def bounce_ranges(self, family: str, launch_slope: Floats) -> list[Floats]:
         """Distances at which the unfolded ray passes the boundaries, see `LaunchAngles`."""
         string, climb = bounce_sequence(family), self.source_depth
-        if string.startswith("B"):
+        if first_boundary(string) == "bottom":
             climb = self.water_depth - self.source_depth
         with np.errstate(divide="ignore"):
             return [np.asarray((climb + row * self.water_depth) / launch_slope) for row in range(len(string))]
@@ -129,8 +129,8 @@ class StraightLaunchAngles:
 
     def ray_depths(self, family: str, launch_slope: Floats, step: float, count: int) -> Floats:
         """Depths along folded lines, see `LaunchAngles`."""
-        start = -self.source_depth if family.startswith("S") else self.source_depth
+        start = -self.source_depth if first_boundary(family) == "surface" else self.source_depth
         run = start + np.asarray(launch_slope)[:, None] * (np.arange(count) + 1) * step
-        if family == "D":
+        if family == DIRECT:
             return run
         return np.asarray(self.water_depth - np.abs(np.mod(run, 2 * self.water_depth) - self.water_depth))

@@ -15,7 +15,7 @@ from insonify.propagation._eigenray_kernel import CAUSTICS, MAX_RAYS, SIN_LAUNCH
 from insonify.propagation._launch_angle_kernel import interpolate_launch_slope, unturned_distances
 from insonify.propagation._refracted_box_shadow import ray_depths_along_range
 from insonify.propagation.eigenray_record import exact_solutions
-from insonify.propagation.families import bounce_sequence, family_bounces
+from insonify.propagation.families import bounce_sequence, family_bounces, first_boundary, last_boundary
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.floating[Any]]
@@ -89,7 +89,7 @@ class RefractedLaunchAngles:
         if not string:
             return []
         up, down = self._spans(np.asarray(launch_slope, float))
-        ranges: list[Floats] = [down if string.startswith("B") else up]
+        ranges: list[Floats] = [down if first_boundary(string) == "bottom" else up]
         while len(ranges) < len(string):
             ranges.append(ranges[-1] + up + down)
         return ranges
@@ -110,7 +110,7 @@ class RefractedLaunchAngles:
         Within a cell the product c of launch slope and distance x is a + b x at constant depth z. From x to x + h the
         slope c / x falls by a h / (x (x + h)), and a fall of the seabed by dz raises it by (dc/dz) dz / (x + h).
         """
-        if family.endswith("B") or not self._grid(family).is_single:
+        if last_boundary(family) == "bottom" or not self._grid(family).is_single:
             return None
         with self._lock:
             known = self._falls.get((family, step))
@@ -183,7 +183,7 @@ class RefractedLaunchAngles:
             return above._replace(climb=climb, is_single=above.is_single and below.is_single)
         string, water = bounce_sequence(family), self._column
         low, high = self._depth_limits
-        if string.endswith("B"):  # rays that rise from the plane meet nothing below it
+        if last_boundary(string) == "bottom":  # rays that rise from the plane meet nothing below it
             high = min(high, water.bottom_reflection_depth)
         low = min(low, high - HEIGHTS[0])
         height = np.clip((high - low) / FEW_LINES, *HEIGHTS)
@@ -199,7 +199,7 @@ class RefractedLaunchAngles:
         exists = np.isfinite(turns[row, first])
         cosine = np.where(exists, ray[:, SLOWNESS] * self._speed, 1.0)
         tangent = np.where(exists, ray[:, SIN_LAUNCH] / cosine, np.nan)
-        climb = (tangent * ranges * (-1 if string.startswith("S") else 1)).reshape(len(lines), -1)
+        climb = (tangent * ranges * (-1 if first_boundary(string) == "surface" else 1)).reshape(len(lines), -1)
         is_single = bool((count == 1).all() and exists.all()) and _largest_bilinear_error(climb) <= OFF_TABLE_HEIGHT / 2
         return _ClimbGrid(low, float(lines[1] - lines[0]), climb, is_single)
 

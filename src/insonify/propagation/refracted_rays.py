@@ -30,7 +30,15 @@ from insonify.propagation.departure_cone_kernel import DepartureAngles, launch_a
 from insonify.propagation.eigenray_record import no_rays
 from insonify.propagation.eigenray_tables import EigenrayTables, FamilyRays, exact_rays
 from insonify.propagation.expansion_table import ExpansionTable, expansion_table
-from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
+from insonify.propagation.families import (
+    bottom_bounces,
+    bounce_sequence,
+    families_reaching,
+    family_bounces,
+    first_boundary,
+    image_depth,
+    surface_bounces,
+)
 from insonify.propagation.propagation_model import RANGE_MARGIN, RayDomain, ReachableRange
 from insonify.propagation.refracted_launch_angles import RefractedLaunchAngles
 from insonify.propagation.refracted_solid_shadows import leg_ends, occlude_refracted_row, solid_bounds
@@ -215,7 +223,7 @@ class RefractedRays:
         for row, family in enumerate(families):
             low, high = launch_angle_bounds(angles, row, *zone)
             if low <= high:
-                ends = np.array([-low, -high] if family.startswith("S") else [high, low])
+                ends = np.array([-low, -high] if first_boundary(family) == "surface" else [high, low])
                 climbs[row] = np.tan(np.clip(ends, -STEEPEST, STEEPEST)) * np.maximum(zone, NEAREST)
         return climbs
 
@@ -323,11 +331,11 @@ class RefractedRays:
         bottom = float(np.interp(self.layers.bottom_reflection_depth, self.layers.depth, self.layers.speed))
         for row, (family, points) in enumerate(zip(families, followed, strict=True)):
             string = bounce_sequence(family)
-            product[row] = surface ** string.count("S")
-            if "B" in string:
+            product[row] = surface ** surface_bounces(string)
+            if bottom_bounces(string):
                 sine = _grazing_sine(slowness[row, points], bottom)
                 once = self.scene.seabed.reflection_coefficient_at_sine(sine)
-                product[row, points] *= once ** string.count("B")
+                product[row, points] *= once ** bottom_bounces(string)
         return product
 
 

@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 from insonify.propagation._light_buffer_kernel import LEG_END_OFFSET
 from insonify.propagation._refracted_box_shadow import ray_depths_along_range
 from insonify.propagation._refracted_legs_kernel import HorizontalGeometry, RefractedLegs, bodies_passed_over
-from insonify.propagation.families import bounce_sequence, family_bounces
+from insonify.propagation.families import (
+    bottom_bounces,
+    bounce_sequence,
+    family_bounces,
+    first_boundary,
+    last_boundary,
+)
 from insonify.propagation.solid_shadows import occluders_of_paths
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 from insonify.records.legs import LegStatus
@@ -61,7 +67,7 @@ def occlude_refracted_row(
         mine = bodies == body
         rows, begin, end = points[mine], enter[mine], leave[mine]
         longest = float(((end - begin) * distance[rows]).max())
-        count = max(3, int(np.ceil(longest / CHORD)) + 1) * (3 if "B" in family else 1)
+        count = max(3, int(np.ceil(longest / CHORD)) + 1) * (3 if bottom_bounces(family) else 1)
         along = begin[:, None] + (end - begin)[:, None] * np.linspace(0, 1, count)
         depths = _depths(water, position, ends[rows], distance[rows], family, slowness[rows], departure[rows], along)
         low, high = np.fmin.reduce(depths, axis=1), np.fmax.reduce(depths, axis=1)
@@ -101,10 +107,10 @@ def _straight(plane: float, source: float, leg_ends: Floats, family: str, along:
     """Depths of straight rays, folded at the boundaries [m]."""
     if not family:
         return source + along * (leg_ends[:, None] - source)
-    start, turns = (-source if family.startswith("S") else source), len(family)
-    arrives_down = family.endswith("S")
+    start, turns = (-source if first_boundary(family) == "surface" else source), len(family)
+    arrives_down = last_boundary(family) == "surface"
     # vertical travel to the end, with every bounce unfolded
-    crossings = turns - (1 if family.startswith("S") else 0)
+    crossings = turns - (1 if first_boundary(family) == "surface" else 0)
     target = crossings * plane + (leg_ends if arrives_down else plane - leg_ends)
     run = start + along * (target - start)[:, None]
     return np.asarray(plane - np.abs(np.mod(run, 2 * plane) - plane))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from insonify.ocean.wave_spectrum import angular_frequency
 from insonify.propagation.displaced_bounce import UnfoldedPaths, unfold_paths
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import bounce_sequence, surface_bounces
 from insonify.propagation.glints import SonarEnd, bounce_times, leg_rows, update_grazing
 from insonify.records.legs import Legs
 from insonify.scene.scatterers import Scatterers
@@ -32,7 +32,7 @@ def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, sonar_end: Son
     Returns:
         Transmit legs and receive legs.
     """
-    surface_rows = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
+    surface_rows = [row for row, family in enumerate(legs.families) if surface_bounces(family)]
     if not surface_rows:
         return legs, legs
     out, back = (leg_rows(legs, list(range(len(legs.families)))) for _ in range(2))

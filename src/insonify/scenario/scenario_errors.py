@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
 from insonify.model import field_error
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import surface_bounces
 from insonify.scenario.bistatic_errors import bistatic_errors, clock_errors
 from insonify.scenario.element_errors import element_errors
 from insonify.scenario.face_errors import overlapping_face_errors
@@ -95,7 +95,7 @@ def _unknown_objects(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
 
 def _explicit_sea_limits(scenario: ScenarioParts) -> Iterator[PydanticCustomError]:
     """Errors of settings for which bounce points on an explicit sea surface are not searched."""
-    twice = [name for name in scenario.paths.followed_families if bounce_sequence(name).count("S") > 1]
+    twice = [name for name in scenario.paths.followed_families if surface_bounces(name) > 1]
     if twice:
         once = [name for name in scenario.paths.followed_families if name not in twice]
         yield field_error(

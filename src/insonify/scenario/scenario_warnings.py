@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from insonify.caller_warning import warn_caller
 from insonify.ocean.profile_corners import ProfileCorner, profile_corners
+from insonify.propagation.families import surface_bounces
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scenario.aperture_warnings import aperture_warnings
 from insonify.scenario.boundary_warnings import boundary_warning
@@ -76,7 +77,7 @@ def scenario_warnings(scenario: ScenarioParts) -> None:
 
 def _bubbles(scenario: ScenarioParts) -> None:
     """Evaluate the loss of surface bounces to bubbles, if there are any, for the warnings that its law gives."""
-    wind, bounced = scenario.surface.wind_speed, any("S" in name for name in scenario.paths.followed_families)
+    wind, bounced = scenario.surface.wind_speed, any(surface_bounces(name) for name in scenario.paths.followed_families)
     if wind and bounced and scenario.surface.reflection in ("statistical", "explicit"):
         bubble_loss_db(wind, scenario.sonar.pulse.frequency, np.pi / 2)
 

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from insonify.model import field_error
 from insonify.propagation.bounding_cylinders import bounding_cylinders
 from insonify.propagation.displaced_bounce import vertical_travel_to_bounces
-from insonify.propagation.families import bounce_sequence, families_reaching, image_depth
+from insonify.propagation.families import families_reaching, image_depth, surface_bounces
 from insonify.scene.scatterers import Boundary
 from insonify.scene.target import PointTarget
 
@@ -62,7 +62,7 @@ def required_curvature_radius(scenario: ScenarioParts, ends: dict[str, Floats]) 
     worst, which = 0.0, ""
     for boundary, depths, nearest, farthest in _ends(scenario, positions):
         for family in families_reaching(boundary, scenario.paths.followed_families):
-            if "S" not in bounce_sequence(family):
+            if not surface_bounces(family):
                 continue
             for source in np.unique(np.round([positions[:, 2].min(), positions[:, 2].max()], 9)):
                 flatness = _curvature_radius(scenario, family, float(source), depths, nearest, farthest)

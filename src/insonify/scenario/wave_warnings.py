@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import first_boundary, last_boundary, surface_bounces
 
 if TYPE_CHECKING:
     from insonify.propagation.explicit_surface import ExplicitWaves
@@ -68,9 +68,9 @@ def wave_focusing(sea: ExplicitWaves, scenario: ScenarioParts, shallowest: float
     curvature = float(np.sqrt(np.max(along**4 @ amplitude**2) / 2))
     worst, most = 0.0, 0.0
     for name in scenario.paths.followed_families:
-        if "S" in bounce_sequence(name):
-            one = 2 * bed - shallowest if name.startswith("B") else shallowest
-            two = 2 * bed if name.endswith("B") else bed
+        if surface_bounces(name):
+            one = 2 * bed - shallowest if first_boundary(name) == "bottom" else shallowest
+            two = 2 * bed if last_boundary(name) == "bottom" else bed
             ratio = 2 * curvature * one * two / (one + two)
             sine = min((one + two) / max(farthest, 1e-3), 1.0)
             worst, most = max(worst, ratio), max(most, math.sqrt(2 / math.pi) * ratio / sine**2)

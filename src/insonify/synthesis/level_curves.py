@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation.families import DIRECT
+from insonify.propagation.families import DIRECT, first_boundary
 from insonify.records.pairs import Pairs
 from insonify.scene.scatterers import BOUNDARY_ECHO
 from insonify.synthesis.accumulator import Mapper, Requirements
@@ -36,7 +36,9 @@ def pair_name(transmit_family: str, receive_family: str) -> str:
     A boundary echo is one leg: its name is that family's, such as B.
     """
     families = [name for name in (transmit_family, receive_family) if name]
-    return "-".join(sorted(families, key=lambda name: (name != DIRECT, len(name), not name.startswith("S"), name)))
+    return "-".join(
+        sorted(families, key=lambda name: (name != DIRECT, len(name), first_boundary(name) != "surface", name))
+    )
 
 
 class LevelBuffers(dict[tuple[str, str], IntensityBuffer]):

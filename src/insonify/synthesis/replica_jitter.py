@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from insonify import random_keys
 from insonify.jit import njit
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import bounce_sequence, first_boundary
 from insonify.propagation.path_settings import PathSettings, ReplicaPerturbation
 from insonify.records.pairs import Pairs
 
@@ -127,7 +127,7 @@ def _code(ray: str) -> int:
     if family.startswith("F"):  # by way of a face: of all codes those of the fifth ray and beyond
         return 128 + zlib.crc32(ray.encode()) % 128
     string = bounce_sequence(family)
-    return 32 * (int(ray[len(family) :] or 1) - 1) + 2 * len(string) + string.startswith("B")
+    return 32 * (int(ray[len(family) :] or 1) - 1) + 2 * len(string) + (first_boundary(string) == "bottom")
 
 
 @njit(cache=True, nogil=True)

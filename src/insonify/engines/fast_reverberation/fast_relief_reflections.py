@@ -20,7 +20,7 @@ from insonify.engines.fast_reverberation.level_legs import bounce_ranges
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.radial_tables import RadialLegs, RadialSet
 from insonify.engines.relief_reflections import reflection_product
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import bottom_bounces, bounce_sequence
 from insonify.propagation.image_path_kernel import ImagePaths
 from insonify.propagation.local_planes import flat_image_paths, local_plane_paths
 from insonify.propagation.propagation_model import PropagationModel
@@ -55,7 +55,7 @@ def reflect_at_fitted_planes(
     numbers = np.empty((3, size), np.int64)
     columns = SamplesOnSegments(numbers[0], numbers[1], np.empty(size), numbers[2], np.empty((size, 3)))
     for f, family in enumerate(plan.families):
-        if "B" not in family:
+        if not bottom_bounces(family):
             continue
         height = abs(terrain.depth - float(plan.table.image_depths[f]))
         spacing = _node_spacing_factor(family, float(position[2]), height, terrain.depth, wavelength), height

@@ -15,7 +15,7 @@ from insonify.engines.fast_reverberation._line_of_sight_kernel import OCCLUDING_
 from insonify.engines.fast_reverberation._refraction_kernel import interpolate_refraction
 from insonify.engines.radial_tables import RefractionTable
 from insonify.engines.terrain_occlusion import fresnel_half_length, launch_slope
-from insonify.propagation.families import DIRECT, bounce_sequence, image_depth
+from insonify.propagation.families import DIRECT, bounce_sequence, first_boundary, image_depth, last_boundary
 from insonify.propagation.refracted_rays import RefractedRays
 
 Floats = NDArray[np.float64]
@@ -148,7 +148,7 @@ def _family_columns(end: RaysFromDepth, family: str, depth: Floats, distance: Fl
     columns = np.zeros((len(depth), column.COUNT))
     columns[:, column.DELAY] = ray.delay - length / end.sound_speed
     columns[:, column.ARRIVAL] = ray.arrival_sine - sine
-    columns[:, column.DEPARTURE] = ray.launch_sine * (-1 if family.startswith("S") else 1) - sine
+    columns[:, column.DEPARTURE] = ray.launch_sine * (-1 if first_boundary(family) == "surface" else 1) - sine
     columns[:, column.PRESSURE] = ray.amplitude * length * 2.0 ** (-end.absorption_exponent * (ray.length - length))
     columns[:, column.GRAZING] = grazing - sine
     launches = end.rays.launch_angles(end.source_depth)
@@ -188,7 +188,10 @@ def _climbs_of(found: FamilyColumns, depth: Floats, distance: Floats, image: flo
 def _climbs_to_relief(end: RaysFromDepth, name: str, depths: NDArray[Any], ranges: Floats) -> Floats:
     """Distance times launch slope of rays of a family that is not followed to the seabed [m], (depths, distances)."""
     launches, plane = end.rays.launch_angles(end.source_depth), end.rays.layers.bottom_reflection_depth
-    distance, above = np.maximum(ranges, LEAST_DISTANCE), np.minimum(depths, plane) if name.endswith("B") else depths
+    distance, above = (
+        np.maximum(ranges, LEAST_DISTANCE),
+        np.minimum(depths, plane) if last_boundary(name) == "bottom" else depths,
+    )
     climbs = np.asarray(
         launches.launch_slope(name, distance, np.repeat(above[:, None], len(ranges), 1)) * distance, float
     )

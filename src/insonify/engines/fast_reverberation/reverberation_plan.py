@@ -18,7 +18,7 @@ from insonify.engines.radial_tables import FamilyTable, RefractionTable, SampleL
 from insonify.engines.terrain_occlusion import fresnel_half_length
 from insonify.ocean.water import Water
 from insonify.propagation.bounding_cylinders import bounding_cylinders
-from insonify.propagation.families import DIRECT, bounce_sequence, image_depth
+from insonify.propagation.families import DIRECT, bounce_sequence, first_boundary, image_depth, last_boundary
 from insonify.propagation.launch_angles import LaunchAngles
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.recent_results import Identity, RecentResults
@@ -175,7 +175,7 @@ def _plan(
     table = FamilyTable(
         np.array([image_depth(name, source, depth) for name in families]), bounce_codes, horizon_row,
         horizon_image_depths=np.array([image_depth(name, source, depth) for name in horizon_names]),
-        horizon_rising=np.array([name.endswith("B") for name in horizon_names]),
+        horizon_rising=np.array([last_boundary(name) == "bottom" for name in horizon_names]),
         reflection_products=reflection_products,
         direction_factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
         absorption_exponent=absorption_exponent(loss_db), refraction=refraction,
@@ -235,7 +235,7 @@ def bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray
     for f, string in enumerate(strings):
         bounce_codes[f, : len(string)] = [1 + (letter == "B") for letter in string]
         for k in range(len(string) + 1):
-            if k == 0 and string.startswith("S"):
+            if k == 0 and first_boundary(string) == "surface":
                 continue  # a rising ray clears the seabed
             name = string[:k] or "D"
             if name not in horizon_names:

@@ -27,7 +27,7 @@ from insonify.engines.fast_reverberation._sample_allocation_kernel import (
 )
 from insonify.engines.fast_reverberation.level_legs import LevelLegs, level_legs
 from insonify.engines.radial_tables import STRAIGHT, RefractionTable
-from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.families import bottom_bounces, bounce_sequence, image_depth
 from insonify.recent_results import Identity, RecentResults
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.sonar.ping_geometry import PingGeometry
@@ -210,7 +210,7 @@ def _pairs_of(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.
     count = len(families)
     pair = np.array([(i, j) for i in range(count) for j in range(i, count)], np.int64)
     odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
-    has_bottom_bounce = np.array([any("B" in families[k] for k in rows_of_pair) for rows_of_pair in pair])
+    has_bottom_bounce = np.array([any(bottom_bounces(families[k]) for k in rows_of_pair) for rows_of_pair in pair])
     return pair, odd, has_bottom_bounce
 
 

@@ -19,12 +19,12 @@ from insonify.engines.tracer._trace_kernel import BED, SURFACE
 from insonify.engines.tracer.connection import boundary_echo_energies, echoes, point_echoes
 from insonify.engines.tracer.facet_echoes import facet_boundary_echoes
 from insonify.engines.tracer.facet_scattering import facet_surface
-from insonify.engines.tracer.image_legs import bounce_letters, image_source_depth
 from insonify.engines.tracer.launch_sampling import LaunchSampler, PathLength, launch_sampler
 from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
 from insonify.engines.tracer.ray_tracing import is_followed, trace_hits
 from insonify.engines.tracer.surface_vertices import SurfaceVertices, surface_vertices
 from insonify.engines.tracer.tracing_scene import TracingScene, grid_rotation, open_water_hits
+from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
@@ -205,9 +205,7 @@ class Tracer:
             if laws[kind] is None or contribution not in self.path_settings.contributions:
                 continue
             families = [family for family in self.path_settings.followed_families if not family.endswith(letter)]
-            vertical_distances = {
-                family: abs(depth - image_source_depth(family, position[2], bed)) for family in families
-            }
+            vertical_distances = {family: abs(depth - image_depth(family, position[2], bed)) for family in families}
             for family, vertical_distance in vertical_distances.items():
                 # The receive leg may be of another family, longer or shorter than the transmit leg.
                 near = first - (max(vertical_distances.values()) ** 2 - vertical_distance**2) / (4 * max(first, 1.0))
@@ -215,7 +213,7 @@ class Tracer:
                 vertical_sign = _vertical_sign(family, float(depth - position[2]))
                 path_length: PathLength = partial(_straight_path_length, vertical_distance, vertical_sign)
                 if self.rays is not None:
-                    path_length = partial(self._refracted_path_length, position, bounce_letters(family) + letter, far)
+                    path_length = partial(self._refracted_path_length, position, bounce_sequence(family) + letter, far)
                 boundary_paths.append((path_length, max(near, 0.0), far))
         windows = [*self._body_windows(position, last, transmit, receive)]
         windows += self._overhead_window(position, first, last)
@@ -254,11 +252,9 @@ class Tracer:
             surface = self.tracing_scene.to_grid_frame(world_triangles(body, self.scene.seabed).vertices)
             corners = np.array(np.meshgrid(*zip(surface.min(axis=0), surface.max(axis=0), strict=True)))
             for family in self.path_settings.followed_families:
-                image = np.array(
-                    [position[0], position[1], image_source_depth(family, position[2], self.scene.seabed.depth)]
-                )
+                image = np.array([position[0], position[1], image_depth(family, position[2], self.scene.seabed.depth)])
                 corner_rays = corners.reshape(3, 8).T - image
-                is_flipped = len(bounce_letters(family)) % 2 == 1
+                is_flipped = len(bounce_sequence(family)) % 2 == 1
                 directions = np.vstack([corner_rays, corner_rays.mean(axis=0)])
                 directions *= np.array([1, 1, -1 if is_flipped else 1])
                 slant_range = np.linalg.norm(directions, axis=1)
@@ -303,6 +299,6 @@ def _straight_path_length(vertical_distance: float, vertical_sign: float, direct
 
 def _vertical_sign(family: str, vertical_offset: float) -> float:
     """Sign of the vertical direction in which rays of a family leave: 1 downwards, -1 upwards."""
-    if bounce_letters(family):
-        return 1.0 if bounce_letters(family)[0] == "B" else -1.0
+    if bounce_sequence(family):
+        return 1.0 if bounce_sequence(family)[0] == "B" else -1.0
     return 1.0 if vertical_offset > 0 else -1.0

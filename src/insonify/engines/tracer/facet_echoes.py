@@ -16,10 +16,10 @@ from insonify.engines.tracer.hit_energies import (
     interference,
     transmitted_energy,
 )
-from insonify.engines.tracer.image_legs import bounce_letters, image_source_depth
 from insonify.engines.tracer.interaction import scattered_per_steradian
 from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, TracedPing
 from insonify.engines.tracer.surface_vertices import SurfaceVertices
+from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.records.echo_energies import EchoEnergies
 from insonify.scene.scatterers import BOUNDARY_ECHO
 
@@ -66,7 +66,7 @@ def _connected_echoes(
         vertices.seed, random_keys.TRACER, np.arange(n), counter, ping.ping_geometry.ping, 2 + ping.is_reversed
     )[:, :CONNECTIONS]
     image_ray = hits.rays.origin - ping.receive
-    image_ray[:, 2] = hits.rays.origin[:, 2] - image_source_depth(family, ping.receive[2], ping.scene.seabed.depth)
+    image_ray[:, 2] = hits.rays.origin[:, 2] - image_depth(family, ping.receive[2], ping.scene.seabed.depth)
     flat_grazing = np.arctan2(np.abs(image_ray[:, 2]), np.hypot(image_ray[:, 0], image_ray[:, 1]))
     vertex_row, probability = vertices.draw(np.repeat(flat_grazing, CONNECTIONS), uniform.ravel(), facets.spread)
     hit_row = np.repeat(np.arange(n), CONNECTIONS)
@@ -180,7 +180,7 @@ def facet_boundary_echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnerg
         return
     echoes = boundary_echo_families(ping.path_settings, two_platforms=False)
     for family in ping.path_settings.followed_families:
-        name = bounce_letters(rays.family) + "S" + bounce_letters(family)[::-1]
+        name = bounce_sequence(rays.family) + "S" + bounce_sequence(family)[::-1]
         if name not in echoes:
             continue
         for receive_leg in family_legs(ping, ping.receive, rays.origin, family, "surface"):

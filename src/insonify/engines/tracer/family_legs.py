@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.tracer.image_legs import bounce_letters, coherent_intensity_factor, image_legs, refracted_sine
+from insonify.engines.tracer.image_legs import coherent_intensity_factor, image_legs, refracted_sine
 from insonify.engines.tracer.ray_bundle import TracedPing
+from insonify.propagation.families import bottom_bounces, surface_bounces
 from insonify.records.legs import LegStatus
 from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterers import Boundary, Scatterers
@@ -57,8 +58,10 @@ def family_legs(
         image = image_legs(scene, end, position, family, wavelength)
         delay = image.length / scene.water.sound_speed
         reflected = image.intensity
-        if ping.facets is not None and "S" in family:
-            reflected = reflected * ping.facets.coherent_intensity(np.abs(image.arrival[:, 2])) ** family.count("S")
+        if ping.facets is not None and surface_bounces(family):
+            reflected = reflected * ping.facets.coherent_intensity(np.abs(image.arrival[:, 2])) ** surface_bounces(
+                family
+            )
         return [TracedLegs(delay, image.length, image.departure, image.arrival, reflected, 1 / image.length**2)]
     n = len(position)
     points = Scatterers(
@@ -71,12 +74,12 @@ def family_legs(
     for row in range(len(legs.families)):
         horizontal, exists = np.hypot(*legs.departure[row, :, :2].T), legs.status[row] == LegStatus.CLEAR
         reflected = np.abs(legs.reflection_coefficient[row]) ** 2 * exists
-        if "B" in bounce_letters(family):
+        if bottom_bounces(family):
             sine = refracted_sine(horizontal * at_bed / at_end)
             reflected *= coherent_intensity_factor(scene, family, float(end[2]), legs.length[row], sine, wavelength)
-        if ping.facets is not None and "S" in family:
+        if ping.facets is not None and surface_bounces(family):
             sine = refracted_sine(horizontal * at_surface / at_end)
-            reflected *= ping.facets.coherent_intensity(sine) ** family.count("S")
+            reflected *= ping.facets.coherent_intensity(sine) ** surface_bounces(family)
         result.append(TracedLegs(
             np.where(exists, legs.delay[row], np.inf), legs.length[row], legs.departure[row], legs.arrival[row],
             reflected, legs.spreading[row] ** 2,

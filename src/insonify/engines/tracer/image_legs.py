@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.scene.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -24,18 +25,6 @@ class ImageLegs:
     """Product of the reflections' intensity factors, without spreading and absorption [1], (n,)."""
 
 
-def bounce_letters(family: str) -> str:
-    """Letters of the reflections of a family, from the sonar outwards; empty for D."""
-    return "" if family == "D" else family
-
-
-def image_source_depth(family: str, depth: float, water_depth: float) -> float:
-    """Depth of the image source of a family [m]: that of the sonar, reflected in each boundary in turn."""
-    for letter in bounce_letters(family):
-        depth = 2 * (water_depth if letter == "B" else 0.0) - depth
-    return depth
-
-
 def image_legs(scene: Scene, end: Floats, position: Floats, family: str, wavelength: float) -> ImageLegs:
     """The paths of one family.
 
@@ -47,10 +36,10 @@ def image_legs(scene: Scene, end: Floats, position: Floats, family: str, wavelen
         wavelength: Acoustic wavelength [m].
     """
     bed = scene.seabed.depth
-    ray = position - np.array([end[0], end[1], image_source_depth(family, end[2], bed)])
+    ray = position - np.array([end[0], end[1], image_depth(family, end[2], bed)])
     length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
     arrival = ray / length[:, None]
-    vertical_sign = np.array([1, 1, -1 if len(bounce_letters(family)) % 2 else 1])
+    vertical_sign = np.array([1, 1, -1 if len(bounce_sequence(family)) % 2 else 1])
     sine = np.abs(arrival[:, 2])
     intensity = reflected_intensity(scene, family, np.arcsin(np.minimum(sine, 1.0)))
     intensity = intensity * coherent_intensity_factor(scene, family, float(end[2]), length, sine, wavelength)
@@ -65,9 +54,9 @@ def refracted_sine(cosine: Floats) -> Floats:
 def reflected_intensity(scene: Scene, family: str, grazing: Floats) -> Floats:
     """Product of the squared reflection coefficients of a family at one grazing angle [rad], shape of `grazing`."""
     intensity = np.ones(np.shape(grazing))
-    for letter in set(bounce_letters(family)):
+    for letter in set(bounce_sequence(family)):
         coefficient = scene.seabed.reflection_coefficient if letter == "B" else scene.surface.reflection_coefficient
-        intensity = intensity * np.abs(coefficient(grazing)) ** (2 * bounce_letters(family).count(letter))
+        intensity = intensity * np.abs(coefficient(grazing)) ** (2 * bounce_sequence(family).count(letter))
     return intensity
 
 
@@ -85,7 +74,7 @@ def coherent_intensity_factor(
         wavelength: Acoustic wavelength [m].
     """
     factor, vertical_path, z = np.ones(np.shape(length)), 0.0, depth
-    for letter in bounce_letters(family) if scene.seabed.terrain is not None else "":
+    for letter in bounce_sequence(family) if scene.seabed.terrain is not None else "":
         boundary_depth = scene.seabed.depth if letter == "B" else 0.0
         vertical_path, z = vertical_path + abs(boundary_depth - z), boundary_depth
         if letter == "B":

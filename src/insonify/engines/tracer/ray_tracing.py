@@ -11,15 +11,14 @@ from insonify.engines.tracer._trace_kernel import BED, BODY, SURFACE
 from insonify.engines.tracer.facet_scattering import FacetSurface
 from insonify.engines.tracer.family_legs import family_legs
 from insonify.engines.tracer.image_legs import (
-    bounce_letters,
     bounce_roughness_factor,
     coherent_intensity_factor,
-    image_source_depth,
     reflected_intensity,
 )
 from insonify.engines.tracer.interaction import specular_direction, specular_fraction
 from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, ReceiverPaths, TracedPing
 from insonify.engines.tracer.tracing_scene import FacePlane, face_planes, has_flat_faces
+from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.scene.target import Solid
 
 Floats = NDArray[np.float64]
@@ -70,12 +69,12 @@ def is_followed(ping: TracedPing, chain: str) -> bool:
     """
     path_settings = ping.path_settings
     if "T" not in chain:
-        return any(bounce_letters(family).startswith(chain) for family in path_settings.followed_families)
+        return any(bounce_sequence(family).startswith(chain) for family in path_settings.followed_families)
     faces_reflect = path_settings.families is None or path_settings.target_specular_fraction is not None
     return (
         faces_reflect
         and len(chain) <= path_settings.max_reflections
-        and set(chain) <= {"T", *"".join(map(bounce_letters, path_settings.followed_families))}
+        and set(chain) <= {"T", *"".join(map(bounce_sequence, path_settings.followed_families))}
     )
 
 
@@ -207,7 +206,7 @@ def _trace_to_receiver(
 
 def face_chains(ping: TracedPing) -> list[tuple[str, Floats, Floats]]:
     """Chains of reflections with one flat face, each with the images of transmitter and receiver in its planes [m]."""
-    boundaries = "".join(sorted(set("".join(map(bounce_letters, ping.path_settings.followed_families)))))
+    boundaries = "".join(sorted(set("".join(map(bounce_sequence, ping.path_settings.followed_families)))))
     sequences, chains = [""], list[str]()
     for _ in range(ping.path_settings.max_reflections):
         sequences = [
@@ -231,7 +230,7 @@ def _chain_image(chain: str, plane: FacePlane, position: Floats, bed: float) -> 
     image = position
     for letter in chain:
         if letter != "T":
-            image = np.array([image[0], image[1], image_source_depth(letter, image[2], bed)])
+            image = np.array([image[0], image[1], image_depth(letter, image[2], bed)])
         elif (reflected := plane.image(image)) is not None:
             image = reflected
         else:

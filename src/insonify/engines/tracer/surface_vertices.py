@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.tracer.hit_energies import ray_energy
-from insonify.engines.tracer.image_legs import bounce_letters
 from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
 from insonify.engines.tracer.ray_tracing import trace_hits
+from insonify.propagation.families import bounce_sequence
 
 Floats = NDArray[np.float64]
 
@@ -70,6 +70,6 @@ def surface_vertices(ping: TracedPing, rays: RayBundle, seed: int) -> list[Surfa
         order = np.argsort(np.abs(bundle.direction[:, 2]), kind="stable")
         bundle, weight = bundle.take(order), ray_energy(ping, bundle)[:, order]
         vertices.append(
-            SurfaceVertices(bounce_letters(bundle.family), bundle.origin, bundle.direction, bundle.delay, weight, seed)
+            SurfaceVertices(bounce_sequence(bundle.family), bundle.origin, bundle.direction, bundle.delay, weight, seed)
         )
     return vertices

@@ -18,6 +18,7 @@ from insonify.engines.tracer._refracted_ray_kernel import (
 )
 from insonify.engines.tracer._terrain_hit_kernel import BLOCK, TerrainTiles
 from insonify.engines.tracer._trace_kernel import FirstHits, clear_image_paths, first_hits
+from insonify.propagation.families import bounce_sequence
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers, scene_layers
 from insonify.propagation.triangle_tree import TriangleTree, triangle_tree
 from insonify.scene.heightmap_synthesis import HeightmapSynthesizer
@@ -187,7 +188,7 @@ class RayIntersector:
             wavelength: Acoustic wavelength [m].
             requested: Positions to test, shape (n,).
         """
-        bottom = np.array([letter == "B" for letter in family if letter != "D"], bool)
+        bottom = np.array([letter == "B" for letter in bounce_sequence(family)], bool)
         ends = np.ascontiguousarray(np.broadcast_to(end, position.shape))
         while True:
             is_clear, missing = requested.copy(), np.zeros(self.terrain.row_of_tile.shape, bool)
@@ -208,7 +209,7 @@ class RayIntersector:
             wavelength: Acoustic wavelength [m].
             requested: Positions to test, shape (n,).
         """
-        bottom, water = np.array([letter == "B" for letter in reversed(family) if letter != "D"], bool), self.water
+        bottom, water = np.array([letter == "B" for letter in reversed(bounce_sequence(family))], bool), self.water
         assert water is not None  # straight rays have `is_clear_straight`
         while True:
             is_clear, missing = requested.copy(), np.zeros(self.terrain.row_of_tile.shape, bool)
