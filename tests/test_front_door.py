@@ -45,6 +45,22 @@ def test_a_scenario_is_built_recorded_and_opened(built, tmp_path):
     np.testing.assert_array_equal(insonify.open_recording(store).pressure, insonify.simulate(built).pressure)
 
 
+def test_a_part_is_text_or_a_part(built, tmp_path):
+    """Both record the same pings; text that is no part gives the same advice wherever parts are taken."""
+    scenario, parts = built.with_("track.pings", 5), ("2/3", insonify.Part(2, 3))
+    stores = [insonify.record(scenario, tmp_path / f"{k}.zarr", part=part) for k, part in enumerate(parts)]
+    for store in stores:
+        assert insonify.open_recording(store).done.values.tolist() == [False, True, True, False, False]
+    for wrong in ("3/2", 3):
+        for simulate in (
+            lambda part: insonify.record(scenario, tmp_path / "c.zarr", part=part),
+            lambda part: next(insonify.dataset(tmp_path / "absent.yaml", part=part)),
+            lambda part: insonify.datasets.make_dataset(tmp_path / "absent.yaml", tmp_path, part=part),
+        ):
+            with pytest.raises(ValueError, match=rf"{wrong} is no part of a job; (parts are 1/2|write its number)"):
+                simulate(wrong)
+
+
 def test_a_sweep_and_a_pickle_are_scenarios_of_their_own(built):
     """Three ranges by `with_`; the original is as it was; a pickled copy is equal and its echo bit-identical."""
     swept = [built.with_("targets.0.position", [0, far]) for far in (28, 30, 32)]

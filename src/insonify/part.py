@@ -21,8 +21,8 @@ class Part:
         return f"{self.number}/{self.count}"
 
     @classmethod
-    def parse(cls, text: str) -> "Part":
-        """Read a part such as "3/64".
+    def parse(cls, text: "str | Part") -> "Part":
+        """Read a part such as "3/64"; a `Part` is returned as it is.
 
         Raises:
             ValueError: The text is no part.
@@ -31,7 +31,9 @@ class Part:
             >>> Part.parse("3/64")
             Part(number=3, count=64)
         """
-        match = re.fullmatch(r"\s*(\d+)\s*/\s*(\d+)\s*", text, re.ASCII)
+        if isinstance(text, Part):
+            return text
+        match = re.fullmatch(r"\s*(\d+)\s*/\s*(\d+)\s*", text, re.ASCII) if isinstance(text, str) else None
         if match is None:
             raise ValueError(f"{text!r} is no part of a job; write its number, from 1, and the number of parts: 3/64")
         number, count = map(int, match.groups())

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def record(
     scenario: Scenario, path: str | Path, *, pings: int | Iterable[int] | None = None, threads: int | None = None,
     overwrite: bool = False, on_ping: Callable[[int, int], None] | None = None, with_labels: bool | None = None,
-    part: Part | None = None,
+    part: Part | str | None = None,
 ) -> str | Path:  # fmt: skip
     """Simulate to disk, ping by ping; an interrupted run resumes.
 
@@ -41,17 +41,19 @@ def record(
         overwrite: True: replace another recording at that path.
         on_ping: Called with the numbers of pings done and of all pings, before the first and after each.
         with_labels: True: store labels beside the pressures; None: by the scenario's `output`.
-        part: Part of the job whose pings are simulated, such as `Part(3, 64)`; others do the others. All by default.
+        part: Part of the job whose pings are simulated, such as "3/64" or `Part(3, 64)`; others do the others. All by
+            default.
 
     Returns:
         The path.
 
     Raises:
+        ValueError: The track has no such ping, or the job no such part.
         WorkerProcessError: A worker process was killed, most likely for lack of memory.
     """
     from insonify.formats.store_writer import writer_class
 
-    requested = selected_pings(scenario, pings)
+    requested, mine = selected_pings(scenario, pings), None if part is None else Part.parse(part)
     simulator = build_simulator(scenario)
     lines = simulator.recorded_lines()
     layout = recording_layout(scenario, simulator.platforms, simulator.grid.time, lines)
@@ -60,7 +62,7 @@ def record(
         path, layout, attributes(scenario), lines=lines, overwrite=overwrite,
         label_names=simulator.label_names if labelled else None,
     )  # fmt: skip
-    missing, count = writer.missing(writer.of_part(part, requested))
+    missing, count = writer.missing(writer.of_part(mine, requested))
     done, report = count - len(missing), on_ping or (lambda *_: None)
     report(done, count)
     jobs = [Job(*request) for request in missing]

@@ -58,7 +58,7 @@ def load_dataset(path: str | Path) -> Description:
 
 
 def make_dataset(
-    path: str | Path, out: str | Path, *, part: Part = WHOLE, processes: int | None = None,
+    path: str | Path, out: str | Path, *, part: Part | str = WHOLE, processes: int | None = None,
     on_scene: Callable[[int, int], None] | None = None,
 ) -> bool:  # fmt: skip
     """Make the images of a data set, or of one part of the job; those that are there are kept.
@@ -66,16 +66,16 @@ def make_dataset(
     Args:
         path: File of the data set.
         out: Folder of the images.
-        part: Part of the scenes.
+        part: Part of the scenes, such as "3/64".
         processes: Number of processes; None: one for each core. The result does not depend on it, bit for bit.
         on_scene: Called with the numbers of scenes done and of all of the part, before the first and after each.
 
     Returns:
         True if all scenes of all parts are there, and so the card and the lists of annotations.
     """
-    described = load_dataset(path)
+    chosen, described = Part.parse(part), load_dataset(path)
     folder = DatasetFolder(Path(out), described.file, described.base)
-    mine = part.share(described.file.dataset.images)
+    mine = chosen.share(described.file.dataset.images)
     if described.file.compare is not None and 0 in mine and not folder.note(0).exists():
         from insonify.comparison.sources import samples_of
 
@@ -145,9 +145,8 @@ def dataset(path: str | Path, *, part: Part | str = WHOLE, threads: int | None =
 
     In a training loop: `for item in insonify.dataset("dataset.yaml", part="1/4"): train(item["image"])`.
     """
-    described = load_dataset(path)
-    share = Part.parse(part) if isinstance(part, str) else part
-    for scene in share.share(described.file.dataset.images):
+    mine, described = Part.parse(part), load_dataset(path)
+    for scene in mine.share(described.file.dataset.images):
         images = scene_images(described.file, described.base, scene, threads)
         try:
             first = next(images)
