@@ -1,5 +1,6 @@
 """A plan is a script that runs, and a status names what is missing."""
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -34,7 +35,8 @@ def test_a_plan_is_a_script(harbour: Path, capsys: pytest.CaptureFixture[str], o
     assert subprocess.run(["bash", "-n"], input=script, text=True, check=False).returncode == 0
     assert "# each of 8 tasks, on one core: 4 pings, about" in script
     if options:
-        for line in ("#SBATCH --array=1-8\n", "#SBATCH --time=0:", "#SBATCH --mem=", '--part "$SLURM_ARRAY_TASK_ID/8"',
+        for line in ("#SBATCH --job-name=our-harbour\n", "#SBATCH --output=our-harbour-%a.log\n",
+                     "#SBATCH --array=1-8\n", "#SBATCH --time=0:", "#SBATCH --mem=", '--part "$SLURM_ARRAY_TASK_ID/8"',
                      "insonify run 'our harbour.yaml' -o 'x y.zarr' --labels --threads 1"):  # fmt: skip
             assert line in script
         assert script.index("#SBATCH") < script.index("\n# ")  # SLURM reads until the first command
@@ -53,7 +55,7 @@ def test_a_plan_for_a_store_has_no_more_tasks_than_shards(
 ) -> None:
     """Single pings up to 64 of them, then shards of 16 small ones or more; on a disk, any number of tasks."""
     harbour.write_text(harbour.read_text().replace("pings: 1", f"pings: {pings}"))
-    url = "memory://plans/a.zarr"
+    url = "file:///plans/a.zarr"
     assert main(["plan", str(harbour), "--tasks", str(shards), "-o", url]) == 0
     capsys.readouterr()
     if shards < pings:
@@ -61,6 +63,33 @@ def test_a_plan_for_a_store_has_no_more_tasks_than_shards(
         message = capsys.readouterr().err
         assert f"{url} will have {shards} shard" in message and f"Give {shards} at most" in message
         assert main(["plan", str(harbour), "--tasks", str(shards + 1)]) == 0
+
+
+def test_a_plan_in_memory_is_refused(harbour: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each task is a process of its own, and would leave nothing."""
+    assert main(["plan", str(harbour), "--tasks", "1", "-o", "memory://plans/a.zarr"]) == 2
+    message = capsys.readouterr().err
+    assert "-o memory://plans/a.zarr: each task is a process" in message and "s3://" in message
+
+
+def test_a_part_without_pings_is_reported(harbour: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """None of those requested, or more parts than pings: a warning, and a job array goes on; a part with one is silent.
+
+    Parts are those of all pings, not of a range.
+    """
+    text = harbour.read_text().replace("pings: 1", "pings: 8").replace("0 ms, 240 ms", "0 ms, 5 ms")
+    harbour.write_text(text)
+    for options, warning in (
+        (["2/4", "--pings", "0:2"], r"part 2/4 is pings 2 to 3 of .*a\.zarr, and none of them is requested"),
+        (["1/9"], r"part 1/9 has no pings: .*a\.zarr has 8 pings, which make fewer parts"),
+        (["2/4", "--pings", "0:3"], ""),
+    ):
+        assert main(["run", str(harbour), "-o", "a.zarr", "--quiet", "--part", *options]) == 0
+        message = capsys.readouterr().err
+        assert re.search(warning, message) if warning else "part" not in message
+    capsys.readouterr()
+    assert main(["status", "a.zarr"]) == 0
+    assert "1 of 8 pings recorded" in capsys.readouterr().out
 
 
 def test_a_plan_on_a_slow_machine_gives_tasks_more_time(

@@ -1,6 +1,7 @@
 """Commands about runs that many processes share: plan, status."""
 
 import math
+import re
 import shlex
 from typing import TYPE_CHECKING, Annotated
 
@@ -40,6 +41,11 @@ def plan(
     pings = scenario.track.ping_count
     if tasks > pings:
         raise InputError(f"--tasks {tasks}: the track has {pings} pings. Give {pings} at most")
+    if out is not None and out.startswith("memory:"):
+        raise InputError(
+            f"-o {out}: each task is a process, whose memory no other one can read. Give a folder on a disk that all "
+            "tasks share, or a URL such as s3://bucket/harbour.zarr"
+        )
     if out is not None and is_url(out):
         _require_whole_shards(scenario, out, tasks)
     whole = estimate_cost(scenario, labels=labels, threads=1)
@@ -57,11 +63,12 @@ def plan(
     ]
     if sbatch:
         minutes, megabytes = task.job_request()
+        name = re.sub(r"[^\w.-]+", "-", file.stem)  # SLURM takes a word, in which % begins a field
         slurm = {
-            "job-name": file.stem, "array": f"1-{tasks}", "cpus-per-task": 1, "mem": f"{megabytes}M",
-            "time": f"{minutes // 60}:{minutes % 60:02d}:00", "output": f"{file.stem}-%a.log",
+            "job-name": name, "array": f"1-{tasks}", "cpus-per-task": 1, "mem": f"{megabytes}M",
+            "time": f"{minutes // 60}:{minutes % 60:02d}:00", "output": f"{name}-%a.log",
         }  # fmt: skip
-        head[1:1] = [f"#SBATCH --{name}={value}" for name, value in slurm.items()]
+        head[1:1] = [f"#SBATCH --{option}={value}" for option, value in slurm.items()]
         lines = [*head, f'{command} "$SLURM_ARRAY_TASK_ID/{tasks}"']
     else:
         lines = [*head, f'seq {tasks} | xargs -P "$(nproc)" -I {{}} {command} {{}}/{tasks}']

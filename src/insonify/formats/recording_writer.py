@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.caller_warning import warn_caller
 from insonify.formats import label_store, zarr_store
 from insonify.formats.loose_rows import OwnFiles
 from insonify.formats.shards import pack_shards, row_array
@@ -53,9 +54,25 @@ class RecordingWriter:
         OwnFiles.renew()  # what is damaged in those of an earlier run of this process ends them
 
     def of_part(self, part: Part | None, pings: list[int]) -> list[int]:
-        """Those of some pings that belong to a part; None: all."""
-        share = None if part is None else zarr_store.pings_of_part(self.path, part)
-        return [ping for ping in pings if share is None or ping in share]
+        """Those of some pings that belong to a part, with a warning where there are none; None: all."""
+        if part is None:
+            return pings
+        share = self._pings_of_part(part)
+        mine = [ping for ping in pings if ping in share]
+        if pings and not mine:
+            warn_caller(
+                f"part {part} is pings {share.start} to {share.stop - 1} of {self.location}, and none of them is "
+                "requested: parts are those of all pings, not of a range. Give a range alone, or a part alone"
+                if share else f"part {part} has no pings: {self._units()}"
+            )  # fmt: skip
+        return mine
+
+    def _pings_of_part(self, part: Part) -> range:
+        return zarr_store.pings_of_part(self.path, part)
+
+    def _units(self) -> str:
+        """Units that parts share out, for a message."""
+        return f"{self.location} has {row_array(self.path, 'done').shape[0]} pings, which make fewer parts"
 
     @property
     def accepts_any_order(self) -> bool:

@@ -116,18 +116,20 @@ class StoreWriter(RecordingWriter):
         return groups_of(read_description(self.path), read_description(labels) if labels.is_dir() else None)
 
     def of_part(self, part: Part | None, pings: list[int]) -> list[int]:
-        """Those of some pings that belong to a part, which is whole shards; None: all."""
-        if part is not None:
-            count = row_array(self.path, "done").shape[0]
-            share = part.share(count, self._per_shard)
-            if not share:
-                warn_caller(
-                    f"part {part} has no pings: {self.location} has {-(-count // self._per_shard)} shards of "
-                    f"{self._per_shard} pings, and a part in an object store is whole shards"
-                )  # fmt: skip
-            pings = [ping for ping in pings if ping in share]
-        self._shards = {ping // self._per_shard for ping in pings}
-        return pings
+        """As that of a recording on disk; a part is whole shards."""
+        mine = super().of_part(part, pings)
+        self._shards = {ping // self._per_shard for ping in mine}
+        return mine
+
+    def _pings_of_part(self, part: Part) -> range:
+        return part.share(row_array(self.path, "done").shape[0], self._per_shard)
+
+    def _units(self) -> str:
+        shards = -(-row_array(self.path, "done").shape[0] // self._per_shard)
+        return (
+            f"{self.location} has {shards} shards of {self._per_shard} pings, and a part in an object store is whole "
+            "shards"
+        )
 
     @property
     def accepts_any_order(self) -> bool:
