@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 import subprocess
 import sys
 import warnings
@@ -127,6 +128,19 @@ def test_an_output_that_is_removed_is_named(tmp_path: Path) -> None:
     with pytest.raises(WriteError, match="was removed or renamed during the run"):
         record(scene(), path, threads=1, on_ping=lambda done, _: done == 2 and path.rename(tmp_path / "b.zarr"))
     assert not path.exists() and recorded_pings(tmp_path / "b.zarr").sum() == 2
+
+
+@pytest.mark.parametrize("first", ["", "pressure", "labels", "done", "zarr.json"])
+def test_an_output_that_is_deleted_is_named(tmp_path: Path, first: str) -> None:
+    """Deleted with its folder during the run, whatever part of it is deleted first."""
+    path = tmp_path / "gone" / "a.zarr"
+
+    def delete(done: int, _: int) -> None:
+        if done == 2:
+            shutil.rmtree(path / first if first else path.parent) if first != "zarr.json" else (path / first).unlink()
+
+    with pytest.raises(WriteError, match="was removed or renamed during the run"):
+        record(scene(), path, threads=1, on_ping=delete, with_labels=True)
 
 
 def test_simulate_warns_before_memory_is_full(monkeypatch: pytest.MonkeyPatch) -> None:

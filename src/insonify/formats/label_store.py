@@ -4,6 +4,7 @@ Variables over (ping, channel, time) of one type are rows of one array, because 
 `open_labels` takes them apart again.
 """
 
+import errno
 import os
 import shutil
 import uuid
@@ -186,8 +187,10 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
 def _require_own_labels(path: str | Path, mine: str) -> None:
     """Raise an error where a recording, or its labels, are not of one identity."""
     require_own_recording(path, mine)
-    if _labelled_identity(Path(path) / FOLDER) != mine:
+    if (known := _labelled_identity(Path(path) / FOLDER)) != mine:
         require_own_recording(path, mine)  # it may have been replaced since
+        if known is None:  # removed, and the rest of the recording is about to be
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(Path(path) / FOLDER / "zarr.json"))
         raise StoreError(
             f"{Path(path) / FOLDER} are labels of another recording. Label this one: insonify run FILE -o {path} "
             "--labels"

@@ -172,12 +172,14 @@ def writing(path: Path, into: str | None = None) -> Iterator[None]:
     except WriteError:
         raise
     except OSError as error:
-        if isinstance(error, FileNotFoundError) and (path / "zarr.json").is_file():
+        is_removed = isinstance(error, FileNotFoundError)
+        if is_removed and (path / "zarr.json").is_file():
             zarr_store.require_own_recording(path, into)
+            is_removed = str(error.filename).endswith("zarr.json")  # a description; the one of the whole is next
         again = "What was recorded is kept; the same command goes on from there"
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
             reason = f"{path}: the disk is full. Free some space, or copy the folder to a larger disk. {again}"
-        elif isinstance(error, FileNotFoundError) and not (path / "zarr.json").is_file():
+        elif is_removed:
             reason = f"{path} was removed or renamed during the run. The same command starts anew"
         else:
             reason = f"{path} cannot be written: {error.strerror or error}. {again} when the folder is writable"

@@ -140,7 +140,8 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
         ValueError: The data have another shape, or are not finite.
     """
     mine = require_own_recording(path, into)
-    array, rows = row_array(path, sound_arrays(path)[0]), list[tuple[RowArray, int, bytes]]()
+    name = next(iter(sound_arrays(path)), SOUND[0])  # of a recording that is being removed: a file that is not there
+    array, rows = row_array(path, name), list[tuple[RowArray, int, bytes]]()
     if array.name in FIELDS:
         values = _checked("ping", ping, data, array)
         if not np.isfinite(values).all():
