@@ -70,6 +70,17 @@ def beamform_delay_sum(
 
     Source: van Trees (2002), Optimum Array Processing, ch. 2 (delay-and-sum, array manifold); the focus for a
     transmitter away from the centre is the ellipsoid |r u - d| + r = c t.
+
+    Example:
+        >>> starboard, time = 0.0075 * (np.arange(16) - 7.5), np.arange(0, 0.03, 1 / 50e3)  # half a wavelength apart
+        >>> lead = starboard[:, None] * np.sin(np.radians(30)) / 1500  # of an echo from 30 deg to starboard, at 20 ms
+        >>> pressure = np.sinc(10e3 * (time - 0.02 + lead)) * np.exp(2j * np.pi * 100e3 * lead)
+        >>> elements = np.stack([0 * starboard, starboard, 0 * starboard], axis=-1)
+        >>> beams = beamform_delay_sum(
+        ...     pressure, elements, time, [[1, 0, 0], [np.sqrt(0.75), 0.5, 0]], centre_frequency=100e3, focus="far"
+        ... )
+        >>> abs(beams[:, 1000]).round(1).tolist()
+        [0.0, 1.0]
     """
     first, rate = uniform_clock(time)
     element = checked_positions("element_positions", element_positions, (None, 3))
@@ -130,6 +141,13 @@ def beamform_fft(
 
     Source: van Trees (2002), ch. 3.3 and 6 (frequency-domain beamforming); Rabiner, Schafer & Rader (1969), Bell Syst.
     Tech. J. 48, 1249-1292 (chirp-z transform); from memory.
+
+    Example:
+        >>> time = np.arange(0, 0.03, 1 / 50e3)
+        >>> broadside = np.tile(np.sinc(10e3 * (time - 0.02)) + 0j, (16, 1))  # an echo at 20 ms in 16 elements
+        >>> sines = [0, 0.443 / 8]  # the axis, and half the beamwidth of an array of eight wavelengths
+        >>> print(abs(beamform_fft(broadside, time, sines, spacing=0.0075, centre_frequency=100e3)[:, 1000]).round(2))
+        [1. 0.71]
     """
     first, rate = uniform_clock(time)
     series = element_series(pressure, np.size(time))

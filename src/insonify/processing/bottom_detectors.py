@@ -22,7 +22,13 @@ REFITS = 4
 
 @dataclass(frozen=True, slots=True)
 class Detections:
-    """Bottom detection of each beam, columns of equal length."""
+    """Bottom detection of each beam, columns of equal length.
+
+    Example:
+        >>> nadir = Detections(np.array([0.04]), np.array([20e-6]), np.array([False]))
+        >>> (750 * nadir.time).round(2).tolist(), (750 * nadir.standard_deviation).round(3).tolist()  # range [m]
+        ([30.0], [0.015])
+    """
 
     time: Floats
     """Two-way travel time to the bottom on the beam's axis [s], shape (beam,); NaN where not detected."""
@@ -51,6 +57,12 @@ def amplitude_detection(
 
     Source: amplitude detection as in Lurton (2010), An Introduction to Underwater Acoustics, 2nd ed., sec. 8.3; from
     memory. The deviation is the echo's width over the root of the number of samples in it.
+
+    Example:
+        >>> time = np.arange(0.03, 0.05, 1e-4)
+        >>> detections, echo = amplitude_detection(np.exp(-(((time - 0.04) / 1e-3) ** 2))[None], time)
+        >>> (1e3 * detections.time).round(2).tolist(), (1e3 * time[echo]).round(1).tolist()  # down to -10 dB [ms]
+        ([40.0], [[38.5, 41.6]])
     """
     complexes, times = _beams("intensity", require_numbers("intensity", intensity, "", 0.0, allow_nan=False), time)
     power = complexes.real
@@ -89,6 +101,12 @@ def phase_detection(
         Detections; NaN where the echo has fewer than four samples or the line does not cross zero within it.
 
     Source: phase detection as in Lurton (2010), sec. 8.3, and de Moustier (1988), OCEANS 88; from memory.
+
+    Example:
+        >>> time = np.arange(0.03, 0.05, 1e-4)
+        >>> half = np.exp(1j * 100 * (time - 0.0412))[None]  # its phase re the other half grows by 0.2 rad/ms
+        >>> (1e3 * phase_detection(half, half.conj(), time, np.array([[0, 200]])).time).round(2).tolist()
+        [41.2]
     """
     from scipy.ndimage import uniform_filter1d
 
@@ -115,6 +133,14 @@ def bottom_detection(
 
     Returns:
         Detections, one per beam.
+
+    Example:
+        >>> time = np.arange(0.03, 0.05, 1e-4)
+        >>> echo = np.exp(-(((time - 0.04) / 4e-3) ** 2))[None]  # long, as in an oblique beam
+        >>> half = echo * np.exp(1j * 100 * (time - 0.0412))
+        >>> detections = bottom_detection(half + half.conj(), half, half.conj(), time)
+        >>> (1e3 * detections.time).round(1).tolist(), detections.is_by_phase.tolist()
+        ([41.2], [True])
     """
     beams, times = _beams("full", full, time)
     by_amplitude, echo = amplitude_detection(np.abs(beams) ** 2, times, looks=looks, threshold_db=threshold_db)

@@ -29,6 +29,12 @@ def complex_coherence(first: ArrayLike, second: ArrayLike, looks: int | tuple[in
         ValueError: Shapes that differ, or looks that do not fit.
 
     Source: van Trees (2002), ch. 2 (coherence); Touzi et al. (1999), IEEE Trans. Geosci. 37(1) (bias); from memory.
+
+    Example:
+        >>> echo = np.exp(1j * np.arange(64.0) ** 2)
+        >>> coherence = complex_coherence(1j * echo, echo)  # the first receiver leads by a quarter of a cycle
+        >>> print(abs(coherence).round(3), np.degrees(np.angle(coherence)).round(1))
+        1.0 90.0
     """
     from scipy.ndimage import uniform_filter
 
@@ -58,6 +64,12 @@ def coherence_by_delay(
     Returns:
         Normalised cross-correlation [1], shape (..., delay), and the delays, of whole samples [s], shape (delay,).
         An echo that is later by d in the second series has its peak at d.
+
+    Example:
+        >>> echo = np.exp(1j * np.arange(64.0) ** 2)
+        >>> coherence, delay = coherence_by_delay(echo, np.roll(echo, 3), 50e3, max_delay=100e-6)
+        >>> print(f"{1e6 * delay[np.argmax(abs(coherence))]:.0f} us")  # three samples
+        60 us
     """
     a, b = _pair(first, second)
     rate = require_number("sample_rate", sample_rate, "Hz", 0.0, exclude_low=True)
@@ -82,6 +94,11 @@ def parabolic_peak(samples: ArrayLike, spacing: float, start: float = 0.0) -> tu
     Returns:
         Position, in the unit of `spacing`, and height, each of shape (...); the end sample itself where that is
         highest.
+
+    Example:
+        >>> position, height = parabolic_peak(1 - (np.arange(5) - 2.3) ** 2, spacing=1.0)
+        >>> print(position.round(3), height.round(3))
+        2.3 1.0
     """
     curve = np.asarray(samples, float)
     index = np.argmax(curve, axis=-1)
@@ -112,6 +129,11 @@ def displaced_phase_centres(first: ArrayLike, second: ArrayLike) -> Floats:
         Modulus of the complex coherence, shape (channel of the first, channel of the second).
 
     Source: Bellettini & Pinto (2002), IEEE J. Oceanic Eng. 27(4), 780-789; from memory.
+
+    Example:
+        >>> field = np.exp(2j * np.pi * np.outer(np.arange(5), np.arange(64)) / 64)  # five unlike series
+        >>> displaced_phase_centres(field[:4], field[1:]).round(1).tolist()  # the sonar moved by half a spacing
+        [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]
     """
     a, b = _pair(first, second)
     if a.ndim != 2:
@@ -131,6 +153,12 @@ def dpca_displacement(coherence: ArrayLike, spacing: float) -> tuple[float, floa
     Returns:
         Displacement [m], and the coherence there [1]: both from a parabola through the means of |coherence| along
         the diagonals.
+
+    Example:
+        >>> coherence = np.eye(8, k=-1)  # every channel has the phase centre of the one behind it, one ping later
+        >>> displacement, height = dpca_displacement(coherence, spacing=0.05)
+        >>> round(displacement, 4), round(height, 2)
+        (0.025, 1.0)
     """
     matrix = np.asarray(coherence, float)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:

@@ -25,6 +25,10 @@ def multilook(intensity: ArrayLike, looks: tuple[int, int]) -> Floats:
 
     Raises:
         ValueError: Blocks larger than the image.
+
+    Example:
+        >>> multilook([[1.0, 3.0, 2.0, 6.0], [1.0, 3.0, 2.0, 6.0]], (2, 2)).tolist()
+        [[2.0, 4.0]]
     """
     power = require_numbers("intensity", intensity, "")
     if power.ndim < 2 or any(not 1 <= n <= size for n, size in zip(looks, power.shape[-2:], strict=True)):
@@ -51,6 +55,11 @@ def decimate(intensity: ArrayLike, samples: int, *, keep: Keep = "mean") -> Floa
 
     Raises:
         ValueError: More samples than the series has, or an unknown value of `keep`.
+
+    Example:
+        >>> echo = [1.0, 1.0, 4.0, 0.0]
+        >>> decimate(echo, 2).tolist(), decimate(echo, 2, keep="peak").tolist()
+        ([1.0, 2.0], [1.0, 4.0])
     """
     power = require_numbers("intensity", intensity, "")
     if keep not in get_args(Keep):
@@ -76,6 +85,10 @@ def decimated_time(time: ArrayLike, samples: int) -> Floats:
     Args:
         time: Sample times, evenly spaced [s], shape (time,).
         samples: Number of output samples.
+
+    Example:
+        >>> (1e3 * decimated_time([0.0, 0.001, 0.002, 0.003], 2)).round(2).tolist()  # [ms]
+        [0.5, 2.5]
     """
     times = require_numbers("time", time, "s", allow_nan=False)
     step = (times[-1] - times[0]) / max(times.size - 1, 1)

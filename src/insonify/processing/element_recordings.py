@@ -34,6 +34,15 @@ def compressed_recording(recording: xr.Dataset, replica: Pulse | ArrayLike, *, w
     Returns:
         The recording with `pressure` after the filter: an echo is a peak of its own level at its delay. The attribute
         `pulse_duration` [s] holds the duration of the replica.
+
+    Example:
+        >>> from insonify.sonar.pulse import envelope
+        >>> pulse = Pulse(kind="lfm", frequency="100 kHz", bandwidth="20 kHz", duration="2 ms")
+        >>> time = np.arange(0, 0.03, 1 / 50e3)
+        >>> recording = xr.Dataset({"pressure": ("time", 100 * envelope(pulse, time - 0.02))}, {"time": time})
+        >>> level = recorded_level(compressed_recording(recording, pulse))
+        >>> print(level.max().values.round(1), level.idxmax().values)  # an echo of 100 uPa at 20 ms
+        40.0 0.02
     """
     rate = uniform_clock(recording["time"].values)[1]
     series = recording["pressure"].transpose(..., "time")
@@ -63,6 +72,18 @@ def beam_recording(
     Returns:
         `pressure` over (ping, beam, time) with coordinates `bearing`, `elevation` and `side`, and the recording's other
         variables of pings and times. `sidescan` makes its image of beams abeam.
+
+    Example:
+        >>> element = np.stack([np.zeros(16), 0.0075 * (np.arange(16) - 7.5), np.zeros(16)], axis=-1)
+        >>> time, ahead = np.arange(0.02, 0.03, 1 / 50e3), np.array([15.0, 10.0, 0.0])  # a point ahead and to starboard
+        >>> delay = (np.linalg.norm(ahead) + np.linalg.norm(ahead - element, axis=1)[:, None]) / 1500
+        >>> pressure = 1e3 * np.sinc(10e3 * (time - delay)) * np.exp(-2j * np.pi * 100e3 * delay)
+        >>> recording = xr.Dataset({
+        ...     "pressure": (("channel", "time"), pressure), "element_position": (("channel", "axis"), element)
+        ... }, {"time": time}, {"centre_frequency": 100e3})
+        >>> beams = beam_recording(recording, np.radians([0, 33.7]))
+        >>> print(recorded_level(beams).max("time").values.round())
+        [37. 60.]
     """
     if focus == "dynamic" and is_bistatic(recording):
         raise ValueError("focus is dynamic, which follows the range of one platform, and the recording has "
@@ -105,6 +126,14 @@ def sector_image_of_beams(
 
     Returns:
         `level_db` over (..., ahead, starboard) [dB re 1 uPa]; NaN outside the sector.
+
+    Example:
+        >>> pressure = np.full((3, 4), 10 + 0j)
+        >>> pressure[1, 2] = 1000  # [uPa] in the beam ahead, at 26.7 ms: 20 m
+        >>> coordinates = {"bearing": ("beam", np.radians([-30, 0, 30])), "time": np.arange(4) / 75}
+        >>> beams = xr.Dataset({"pressure": (("beam", "time"), pressure)}, coordinates)
+        >>> sector_image_of_beams(beams, [10.0, 20.0], [0.0])["level_db"].values.round(1).tolist()
+        [[20.0], [60.0]]
     """
     speed = float(beams.attrs.get("sound_speed", 1500.0)) if sound_speed is None else sound_speed
     level = recorded_level(beams).transpose(..., "beam", "time")
@@ -129,6 +158,12 @@ def decimated_recording(recording: xr.Dataset, samples: int, *, keep: Keep = "me
 
     Returns:
         The recording with `intensity` [uPa^2] at the middles of its samples, in place of its field.
+
+    Example:
+        >>> recording = xr.Dataset({"intensity": ("time", [4.0, 2.0, 0.0, 8.0])}, {"time": [0.0, 1e-4, 2e-4, 3e-4]})
+        >>> peaks = decimated_recording(recording, 2, keep="peak")
+        >>> (1e3 * peaks["time"].values).round(3).tolist(), peaks["intensity"].values.round(3).tolist()  # [ms], [uPa^2]
+        ([0.05, 0.25], [4.0, 8.0])
     """
     level = recorded_level(recording).transpose(..., "time")
     template = recording.drop_vars([name for name, variable in recording.variables.items() if "time" in variable.dims])

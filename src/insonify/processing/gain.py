@@ -36,6 +36,10 @@ def lambert_gain_db(slant_range: Floats, altitude: Floats, *, absorption_db_per_
         With it, a level [dB re 1 uPa] is that of source level, strength of the bed and its area per metre of range.
 
     Source: Lambert's law as in Urick (1983), ch. 8, and the area of a range cell on a plane.
+
+    Example:
+        >>> lambert_gain_db(np.array([50.0, 500.0]), np.array(10.0)).round(1).tolist()  # 50 dB for ten times the range
+        [64.9, 114.9]
     """
     height = np.maximum(np.asarray(altitude, float)[..., None], MIN_RANGE / 10)
     # The first return comes from a disc, not from a strip: grazing angles are limited to 60 degrees.
@@ -56,6 +60,12 @@ def empirical_gain_db(level: Floats, slant_range: Floats, *, absorption_db_per_m
     Returns:
         Gain [dB], shape (samples,), under which the median of an image is about 0 dB at every range with bottom
         echoes. A silent water column is lifted at most to 30 dB below time-varied gain.
+
+    Example:
+        >>> slant_range = np.array([20.0, 40.0, 80.0])
+        >>> level = np.tile(110 - 40 * np.log10(slant_range), (64, 1))  # 64 pings of a uniform bed
+        >>> empirical_gain_db(level, slant_range).round(1).tolist()
+        [-58.0, -45.9, -33.9]
     """
     law = tvg_db(slant_range, LAWS["tvg40"], absorption_db_per_m=absorption_db_per_m)
     median = _medians(level) + law
@@ -86,6 +96,12 @@ def along_track_gain_db(level: Floats, pings: int = 25) -> Floats:
 
     Returns:
         Gain [dB], shape (pings,).
+
+    Example:
+        >>> level = np.full((25, 100), 60.0)
+        >>> level[12] -= 6  # one ping with half the pressure
+        >>> along_track_gain_db(level)[11:14].round(1).tolist()
+        [-0.1, 5.9, -0.1]
     """
     median = _medians(level.T)
     return np.where(np.isfinite(median), _smoothed(median, pings) - median, 0.0)

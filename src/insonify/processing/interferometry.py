@@ -28,6 +28,11 @@ def phase_to_elevation(
     Source: Lurton (2010), An Introduction to Underwater Acoustics, 2nd ed., sec. 8.4 (interferometric sonar): the
     phase is k a sin(angle off broadside); from memory. Plane waves: for a point at range R from the middle of a
     baseline a the angle off broadside is underestimated by (a / 4 R)^2 times the sine of twice the angle.
+
+    Example:
+        >>> array = {"baseline": 0.04, "tilt": np.radians(30), "centre_frequency": 150e3}  # four wavelengths
+        >>> np.degrees(phase_to_elevation([0.0, 2.19], **array)).round(1).tolist()
+        [30.0, 25.0]
     """
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
     length = require_number("baseline", baseline, "m", 0.0, exclude_low=True, example="0.05")
@@ -47,6 +52,11 @@ def elevation_to_phase(
         tilt: Direction of broadside, down from the horizontal [rad], broadcast.
         centre_frequency: Centre frequency of the baseband [Hz].
         sound_speed: Sound speed of the water [m/s].
+
+    Example:
+        >>> array = {"baseline": 0.04, "tilt": np.radians(30), "centre_frequency": 150e3}  # four wavelengths
+        >>> elevation_to_phase(np.radians([25, 35]), **array).round(2).tolist()
+        [2.19, -2.19]
     """
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
     wave = 2 * np.pi * frequency * require_number("baseline", baseline, "m", 0.0, exclude_low=True) / speed
@@ -59,6 +69,10 @@ def flat_bed_elevation(slant_range: ArrayLike, altitude: ArrayLike) -> Floats:
     Args:
         slant_range: Slant range [m], any shape.
         altitude: Height above the seabed [m], broadcast against `slant_range`.
+
+    Example:
+        >>> np.degrees(flat_bed_elevation([5.0, 10.0, 20.0], altitude=10.0)).round(1).tolist()
+        [90.0, 90.0, 30.0]
     """
     distance = np.maximum(require_numbers("slant_range", slant_range, "m"), 1e-9)
     return np.asarray(np.arcsin(np.clip(require_numbers("altitude", altitude, "m", 0.0) / distance, 0, 1)))
@@ -70,6 +84,10 @@ def unwrap_to_reference(phase: ArrayLike, expected: ArrayLike) -> Floats:
     Args:
         phase: Phase modulo 2 pi [rad], any shape.
         expected: Expected phase, such as that of a flat seabed [rad], broadcast against `phase`.
+
+    Example:
+        >>> unwrap_to_reference([0.5, -3.0], expected=[12.0, 4.0]).round(2).tolist()  # two cycles more, and one
+        [13.07, 3.28]
     """
     given = np.asarray(phase, float)
     return np.asarray(given + 2 * np.pi * np.round((np.asarray(expected, float) - given) / (2 * np.pi)))
@@ -84,6 +102,10 @@ def phase_deviation(coherence: ArrayLike, looks: ArrayLike) -> Floats:
 
     Source: Rodriguez & Martin (1992), IEE Proc. F 139(2), 147-159 (the Cramer-Rao bound); holds where it is well
     below a cycle; from memory.
+
+    Example:
+        >>> np.degrees(phase_deviation(0.9, looks=[1, 15])).round(1).tolist()
+        [19.6, 5.1]
     """
     g = require_numbers("coherence", coherence, "", 0.0, 1 + 1e-9)
     with np.errstate(divide="ignore"):
@@ -119,6 +141,15 @@ def interferometric_depth(
 
     Phase is averaged after the flat seabed's phase has been removed, so that its slope does not reduce coherence. With
     a baseline of a wavelengths, cycles are resolved correctly within slant_range / (2 a cos) of the expected seabed.
+
+    Example:
+        >>> array = {"baseline": 0.04, "tilt": np.radians(30), "centre_frequency": 150e3}
+        >>> slant_range = np.array([15.0, 20.0, 40.0])
+        >>> upper = np.exp(1j * elevation_to_phase(flat_bed_elevation(slant_range, 10.0), **array))[None]
+        >>> lower = np.ones((1, 3), complex)
+        >>> across, depth, _ = interferometric_depth(upper, lower, slant_range, altitude=9.0, looks=1, **array)
+        >>> across.round(1).tolist(), depth.round(1).tolist()  # 10 m deep, where 9 m were expected
+        ([[11.2, 17.3, 38.7]], [[10.0, 10.0, 10.0]])
     """
     a, b = np.asarray(upper), np.asarray(lower)
     distance = require_numbers("slant_range", slant_range, "m", allow_nan=False)

@@ -37,6 +37,13 @@ def matched_filter(
 
     Source: van Trees (2001), Detection, Estimation, and Modulation Theory, part III, ch. 9 (matched filter of a
     complex envelope); Cook & Bernfeld (1967), Radar Signals, ch. 7 (weighted sweeps); from memory.
+
+    Example:
+        >>> pulse = Pulse(kind="lfm", frequency="100 kHz", bandwidth="20 kHz", duration="2 ms")
+        >>> time = np.arange(0, 0.03, 1 / 50e3)
+        >>> compressed = abs(matched_filter(envelope(pulse, time - 0.02), pulse, 50e3))
+        >>> print(time[np.argmax(compressed)], compressed.max().round(2), compressed[997:1004].round(1))
+        0.02 1.0 [0.1 0.3 0.8 1. 0.8 0.3 0.1]
     """
     series = np.asarray(pressure)
     if series.dtype.kind != "c" or series.ndim < 1:

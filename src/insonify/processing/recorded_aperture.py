@@ -46,6 +46,24 @@ def synthetic_aperture_image(
 
     Returns:
         `pressure` over (north, east), complex [uPa]: the mean over pings, so a point echo keeps its level; and `depth`.
+
+    Example:
+        >>> import insonify
+        >>> pulse = {"kind": "lfm", "frequency": "100 kHz", "bandwidth": "20 kHz", "duration": "1 ms"}
+        >>> scenario = insonify.Scenario(
+        ...     sonar={"source_level_db": 200, "pulse": pulse, "transmit": {"kind": "point"},
+        ...            "receive": {"kind": "elements", "positions": [[0, 0, 0]]},
+        ...            "receiver": {"record": "elements", "bandwidth": "30 kHz"}},
+        ...     targets=[{"shape": "point", "position": [0, 20, 5], "target_strength_db": -20}],
+        ...     track={"kind": "line", "start": [-1, 0, 5], "speed": "1 m/s", "pings": 21, "interval": "0.1 s",
+        ...            "window": ["26 ms", "29 ms"]},
+        ...     paths={"contributions": ["target"], "families": ["D"]},
+        ... )
+        >>> recording = insonify.processing.compressed_recording(insonify.simulate(scenario), scenario.sonar.pulse)
+        >>> image = synthetic_aperture_image(recording, north=[-0.5, 0.0, 0.5], east=[20.0], depth=5.0)
+        >>> level = insonify.processing.recorded_level(image)
+        >>> print(level.values.ravel().round())  # SL + TS - 40 log R - absorption
+        [ 88. 127.  87.]
     """
     position, rotation = recorded_poses(recording, navigation)
     receive_positions = body_to_world(

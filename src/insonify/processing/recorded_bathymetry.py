@@ -46,6 +46,21 @@ def interferometric_bathymetry(
 
     Raises:
         ValueError: No such channels, or receivers that are not one above the other.
+
+    Example:
+        >>> from insonify.processing.interferometry import elevation_to_phase, flat_bed_elevation
+        >>> slant_range = np.array([15.0, 20.0, 40.0])  # over a flat seabed, 10 m below two receivers 4 cm apart
+        >>> elevation = flat_bed_elevation(slant_range, 10.0)
+        >>> phase = elevation_to_phase(elevation, baseline=0.04, tilt=0.0, centre_frequency=150e3)
+        >>> recording = xr.Dataset({
+        ...     "pressure": (("ping", "channel", "time"), np.exp(1j * np.stack([phase, 0 * phase]))[None]),
+        ...     "element_position": (("channel", "axis"), [[0.0, 0.0, -0.02], [0.0, 0.0, 0.02]]),
+        ...     "position": (("ping", "axis"), [[0.0, 0.0, 5.0]]),
+        ...     "attitude": (("ping", "axis"), np.zeros((1, 3))),
+        ... }, {"time": slant_range / 750}, {"centre_frequency": 150e3})
+        >>> swath = interferometric_bathymetry(recording, altitude=9.0, looks=1)
+        >>> print(swath["across"].values.round(1), swath["depth"].values.round(1))
+        [[11.2 17.3 38.7]] [[15. 15. 15.]]
     """
     count = recording.sizes["channel"]
     if any(not 0 <= channel < count for channel in channels):
@@ -110,6 +125,21 @@ def multibeam_soundings(
     Returns:
         Over (ping, beam): `travel_time` [s] with its `deviation`, `by_phase`, and `north`, `east`, `depth` [m] of the
         soundings; coordinate `angle` [rad].
+
+    Example:
+        >>> element = np.stack([np.zeros(32), 0.005 * (np.arange(32) - 15.5), np.zeros(32)], axis=-1)
+        >>> time, stone = np.arange(0.028, 0.032, 1 / 40e3), np.array([0.0, 10.0, 20.0])  # to starboard, below
+        >>> delay = (np.linalg.norm(stone) + np.linalg.norm(stone - element, axis=1)[:, None]) / 1500
+        >>> pressure = np.sinc(10e3 * (time - delay)) * np.exp(-2j * np.pi * 150e3 * delay)
+        >>> recording = xr.Dataset({
+        ...     "pressure": (("ping", "channel", "time"), pressure[None]),
+        ...     "element_position": (("channel", "axis"), element),
+        ...     "position": (("ping", "axis"), [[0.0, 0.0, 2.0]]),
+        ...     "attitude": (("ping", "axis"), np.zeros((1, 3))),
+        ... }, {"time": time}, {"centre_frequency": 150e3})
+        >>> soundings = multibeam_soundings(recording, np.arctan([10 / 20]))
+        >>> print(soundings["east"].values.round(1), soundings["depth"].values.round(1))
+        [[10.]] [[22.]]
     """
     require_one_platform(recording)
     angle, element = np.atleast_1d(np.asarray(angles, float)), recorded_element_positions(recording)

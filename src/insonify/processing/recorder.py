@@ -56,6 +56,13 @@ def record_series(
     Returns:
         Recorded numbers, in `recorder.units`, shape (lines, ..., bins), pings that fill no line left out; and times of
         the bins [s], shape (bins,).
+
+    Example:
+        >>> gain = {"kind": "gain", "tvg_db_per_decade": 40}
+        >>> recorder = Recorder(stages=[gain, {"kind": "quantisation", "bits": 8}], full_scale_db=150)
+        >>> counts, time = record_series([31600.0, 7900.0, 1000.0], [0.02, 0.04, 0.08], recorder)  # 90, 78, 60 dB
+        >>> counts.tolist()
+        [57.0, 57.0, 29.0]
     """
     amplitude, times = np.abs(np.asarray(series)).astype(float), np.asarray(time, float)
     if amplitude.shape[-1:] != times.shape:
@@ -151,6 +158,12 @@ def received_level(
     Returns:
         Levels, shape of `recorded`; within the errors of rounding where nothing was clipped. Looks and decimation
         cannot be undone.
+
+    Example:
+        >>> gain = {"kind": "gain", "tvg_db_per_decade": 40}
+        >>> recorder = Recorder(stages=[gain, {"kind": "quantisation", "bits": 8}], full_scale_db=150)
+        >>> received_level([57, 57, 29], [0.02, 0.04, 0.08], recorder).round().tolist()
+        [90.0, 78.0, 60.0]
     """
     values = np.asarray(recorded, float)
     if recorder.units != "dB re 1 uPa":
@@ -179,6 +192,14 @@ def instrument_recording(
     Returns:
         The recording with `recorded` over (line, ..., bin), `bin_time` [s] and `line_ping`, the first ping of each
         line; without its field where the recorder keeps the recorded numbers only.
+
+    Example:
+        >>> pressure = (("ping", "channel", "time"), np.full((6, 2, 100), 1e4 + 0j))
+        >>> recording = xr.Dataset({"pressure": pressure}, {"time": np.arange(100) / 10e3})
+        >>> looks = {"kind": "looks", "pings": 3, "samples": 10}
+        >>> recorded = instrument_recording(recording, Recorder(stages=[looks, {"kind": "companding", "law": "log"}]))
+        >>> print(dict(recorded["recorded"].sizes), recorded["recorded"].values[0, 0, 0].round(1))  # [dB re 1 uPa]
+        {'line': 2, 'channel': 2, 'bin': 10} 80.0
     """
     name = "pressure" if "pressure" in recording else "intensity"
     field = recording[name].transpose("ping", ..., "time")
@@ -225,6 +246,14 @@ def lines_as_pings(recording: xr.Dataset) -> xr.Dataset:
 
     Returns:
         Dataset of the lines, each with the data of its first ping; without pressure.
+
+    Example:
+        >>> pressure = (("ping", "channel", "time"), np.full((6, 2, 100), 1e4 + 0j))
+        >>> recording = xr.Dataset({"pressure": pressure}, {"ping": np.arange(6), "time": np.arange(100) / 10e3})
+        >>> recorder = Recorder(stages=[{"kind": "looks", "pings": 3, "samples": 10}])
+        >>> lines = lines_as_pings(instrument_recording(recording, recorder))
+        >>> dict(lines["recorded"].sizes), lines["ping"].values.tolist()
+        ({'ping': 2, 'channel': 2, 'time': 10}, [0, 3])
     """
     first = np.searchsorted(recording["ping"].values, recording["line_ping"].values)
     rest = [name for name, variable in recording.variables.items() if "time" in variable.dims]

@@ -99,6 +99,17 @@ def fit_recorder(
 
     Source: log-cumulants, Nicolas (2002), Traitement du signal 19(3), 139; block bootstrap, Kuensch (1989), Ann.
     Statist. 17, 1217 (both from memory).
+
+    Example:
+        >>> from insonify.processing.recorder import record_series
+        >>> random, slant_range = np.random.default_rng(1), np.linspace(5, 30, 1600)
+        >>> speckle = random.normal(size=(2, 32, 1600)) + 1j * random.normal(size=(2, 32, 1600))  # two draws of one bed
+        >>> sea, simulated = 1e7 * speckle * slant_range**-1.5  # levels fall by 30 log R
+        >>> stages = [{"kind": "gain", "tvg_db_per_decade": 25}, {"kind": "looks", "samples": 4}]
+        >>> counts, time = record_series(sea, slant_range / 750, Recorder(stages=stages))
+        >>> fit = fit_recorder(counts, 750 * time, simulated, slant_range, resamples=20)
+        >>> round(fit.looks.value), round(fit.spreading.value)
+        (4, 25)
     """
     counts, pressure = np.abs(np.asarray(real, float)), np.abs(np.asarray(simulated))
     ranges = [np.asarray(one, float) for one in (real_range, simulated_range)]

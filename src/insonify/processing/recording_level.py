@@ -15,6 +15,11 @@ def recorded_level(recording: xr.Dataset) -> xr.DataArray:
     Returns:
         10 log10 of the mean-square pressure, of the same dimensions; -inf where it is zero. Recorded levels are as they
         are, recorded counts in dB re 1.
+
+    Example:
+        >>> recording = xr.Dataset({"pressure": ("time", [1e3j, 1e4], {"units": "uPa"})})
+        >>> recorded_level(recording).values.round(1).tolist(), recorded_level(recording).attrs["units"]
+        ([60.0, 80.0], 'dB re 1 uPa')
     """
     name = next(name for name in ("pressure", "intensity", "recorded") if name in recording)
     field, meaning = recording[name], "recorded numbers" if name == "recorded" else "received pressure"

@@ -28,6 +28,11 @@ def sector_image(
 
     Raises:
         ValueError: Shapes that do not fit; bearings or ranges that do not increase.
+
+    Example:
+        >>> intensity = [[1.0, 1.0, 1.0], [1.0, 1.0, 4.0]]  # beams ahead and abeam, with an echo abeam at 20 m
+        >>> sector_image(intensity, np.radians([0, 90]), [0, 10, 20], [0, 10], [0, 20]).round(1).tolist()
+        [[1.0, 4.0], [1.0, nan]]
     """
     power = require_numbers("intensity", intensity, "")
     angle, distance = _require_increasing("bearings", bearings, "rad"), _require_increasing("ranges", ranges, "m")

@@ -45,6 +45,23 @@ def sidescan(
 
     Raises:
         ValueError: An unknown geometry or gain, or a beam that the sides lack.
+
+    Example:
+        >>> import insonify
+        >>> array = {"kind": "planar", "width": "20 cm", "height": "2 cm"}
+        >>> scenario = insonify.Scenario(
+        ...     sonar={"source_level_db": 220, "pulse": {"frequency": "100 kHz", "duration": "0.1 ms"},
+        ...            "transmit": array, "receive": array, "mounting": {"tilt": "30 deg"},
+        ...            "sides": ["port", "starboard"]},
+        ...     seabed={"depth": "15 m", "scattering": {"law": "lambert", "strength_db": -27}},
+        ...     targets=[{"shape": "box", "position": [0, 20], "size": [2, 2, 2]}],  # on the seabed, to starboard
+        ...     track={"kind": "static", "position": [0, 0, 5], "window": ["10 ms", "40 ms"]},
+        ...     paths={"max_reflections": 0}, field="incoherent",
+        ... )
+        >>> image = sidescan(insonify.simulate(scenario), geometry="ground", gain="lambert", altitude=10.0)
+        >>> level = image["level_db"].isel(ping=0)
+        >>> print(level.sel(across=[-22, 18.8, 22], method="nearest").values.round())  # bed, box, and its shadow
+        [166. 192. 145.]
     """
     recording = field_or_lines(recording)
     recording = recording.rename(beam="channel") if "beam" in recording.dims else recording

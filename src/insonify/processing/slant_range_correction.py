@@ -28,6 +28,12 @@ def first_bottom_return(level: Floats, slant_range: Floats, *, blanked_range: fl
         Altitude [m], shape (pings,): the median over neighbouring pings; NaN where no ping has a bottom return.
 
     Where the sea surface is nearer than the seabed, and echoes, it is detected instead: give the altitude then.
+
+    Example:
+        >>> slant_range = np.arange(0.5, 60.0, 0.5)
+        >>> level = np.where(slant_range < 12, 40.0, 90.0)  # a quiet water column, then the seabed
+        >>> first_bottom_return(np.tile(level, (3, 1)), slant_range).tolist()
+        [12.0, 12.0, 12.0]
     """
     power = intensity_ratio(np.where(np.isfinite(level), level, -300.0))
     power = power.reshape(len(power), -1, power.shape[-1]).sum(axis=1)[:, slant_range >= blanked_range]
@@ -70,6 +76,13 @@ def slant_to_ground_range(level: Floats, slant_range: Floats, altitude: Floats, 
 
     Returns:
         Levels [dB], shape (pings, cells); NaN beyond the recording, or where it has NaN.
+
+    Example:
+        >>> slant_range = np.arange(0.5, 60.0)
+        >>> level = np.where(abs(slant_range - 50) < 1, 80.0, 60.0)  # an echo at 50 m, under a sonar 30 m above the bed
+        >>> cells = np.array([30.0, 35.0, 40.0, 45.0])
+        >>> slant_to_ground_range(level[None], slant_range, np.array([30.0]), cells).round().tolist()  # it lies at 40 m
+        [[60.0, 60.0, 77.0, 60.0]]
     """
     out = np.full((len(level), len(ground_range)), np.nan)
     for row in range(len(level)):
@@ -91,6 +104,10 @@ def ground_cell_edges(slant_range: Floats, altitude: float, ground_range: Floats
     Returns:
         Edges of the cells, shape (cells + 1,): sample k extends from k to k + 1; there is no data outside of 0 to
         samples.
+
+    Example:
+        >>> ground_cell_edges(np.arange(0.5, 60.0), 30.0, np.array([38.0, 42.0])).round(1).tolist()  # about 40 m: 50 m
+        [46.9, 50.0, 53.3]
     """
     step, cell = slant_range[1] - slant_range[0], ground_range[1] - ground_range[0]
     edges = np.maximum(np.concatenate([ground_range - cell / 2, [ground_range[-1] + cell / 2]]), 0)

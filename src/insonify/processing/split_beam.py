@@ -229,6 +229,18 @@ def echosounder_levels(pings: xr.Dataset) -> xr.Dataset:
 
     Raises:
         ValueError: A setting is missing in all pings.
+
+    Example:
+        >>> settings = {
+        ...     "frequency": 38e3, "nominal_frequency": 38e3, "transmit_power": 1000.0, "gain_db": 25.5, "slope": 0.1,
+        ...     "equivalent_beam_angle_db": -20.7, "pulse_length": 1e-3, "swept": 0.0, "sound_speed": 1500.0,
+        ...     "first_range": 0.0, "range_step": 10.0,
+        ... }
+        >>> variables = {name: ("ping", [value]) for name, value in settings.items()}
+        >>> variables["power_db"] = (("ping", "sample"), [[-20.0, -61.0, -120.0]])  # re 1 W, at 0, 10 and 20 m
+        >>> levels = echosounder_levels(xr.Dataset(variables, {"ping": [0], "time": ("ping", [0.0])}))
+        >>> levels["point_scattering_strength"].values.round(1).tolist()  # [dB re 1 m^2]
+        [[nan, -51.7, -98.5]]
     """
     rows: list[dict[str, Floats]] = []
     missing: list[str] = []

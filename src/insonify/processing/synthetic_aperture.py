@@ -59,6 +59,16 @@ def backproject(
 
     Source: Hawkins (1996), thesis, Canterbury, and Callow (2003), thesis, Canterbury (back-projection of synthetic
     aperture sonar, stop and hop); from memory. For a receiver of constant velocity the delay is a quadratic's root.
+
+    Example:
+        >>> north = np.arange(-1, 1.01, 0.05)  # 41 pings of a sonar that runs past a point at 30 m
+        >>> track = np.stack([north, 0 * north, 0 * north], axis=-1)
+        >>> delay, time = 2 * np.hypot(north, 30.0)[:, None] / 1500, 0.04 + np.arange(-50, 51) / 50e3
+        >>> echo = np.sinc(20e3 * (time - delay)) * np.exp(-2j * np.pi * 100e3 * delay)
+        >>> pixels = [[0, 30, 0], [0.05, 30, 0]]  # at the point, and half a resolution of 10 cm ahead of it
+        >>> image = backproject(echo[:, None], time, track, track[:, None], pixels, centre_frequency=100e3)
+        >>> print(abs(image).round(2))
+        [1. 0.71]
     """
     series, clock = _pings(pressure, np.size(time)), uniform_clock(time)
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
@@ -108,6 +118,10 @@ def along_track_resolution(half_angle: float, centre_frequency: float, sound_spe
         ValueError: An angle of zero, or beyond a right angle.
 
     Source: width of a sinc, as in Hawkins (1996), ch. 4; from memory.
+
+    Example:
+        >>> round(along_track_resolution(np.arcsin(0.015 / (2 * 0.10)), 100e3), 3)  # of elements of 10 cm
+        0.044
     """
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
     max_angle = require_number(

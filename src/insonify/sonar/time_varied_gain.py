@@ -22,6 +22,10 @@ def tvg_db(slant_range: Floats, db_per_decade: float, *, absorption_db_per_m: fl
 
     Source: sonar equation; Urick (1983), Principles of Underwater Sound, ch. 2 and 8: 40 log R for a point, 30 log R
     for a seabed whose insonified area grows with range.
+
+    Example:
+        >>> tvg_db(np.array([1.0, 10.0, 100.0]), 40.0, absorption_db_per_m=0.03).round(1).tolist()
+        [0.1, 40.6, 86.0]
     """
     distance = np.maximum(slant_range, MIN_RANGE)
     return np.asarray(db_per_decade * np.log10(distance) + 2 * absorption_db_per_m * distance)
