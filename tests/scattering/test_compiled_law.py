@@ -135,12 +135,11 @@ def test_directions_that_are_none_do_no_harm():
         assert np.isfinite(fast.cross_section(edge, edge, FLAT)).all()
 
 
-def test_a_law_without_fast_form_reports_it():
-    """The error names the law and those that have one."""
+def test_an_object_without_cross_section_is_refused():
+    """The error names its class and the method that a scattering law has."""
 
     class Mine:
-        def cross_section(self, grazing_in, grazing_out, azimuth):
-            return np.zeros(1)
+        strength_db = -27.0
 
-    with pytest.raises(TypeError, match=r"Mine has no compiled form.*Jackson"):
+    with pytest.raises(TypeError, match=r"Mine has no cross_section; a scattering law has cross_section\(grazing_in"):
         compile_law(Mine())

@@ -8,10 +8,11 @@ from pydantic import ValidationError
 
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.point_target import PointTargetLaw
+from insonify.scene.boundary_law import infer_law_kind
 from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.seabed import Seabed
-from insonify.scene.seabed_law import SedimentLaw, infer_law_kind, sediment
+from insonify.scene.seabed_law import SedimentLaw, sediment
 from insonify.scene.seabed_scatterers import seabed_scatterers
 from insonify.scene.terrain.relief import TerrainSample
 

@@ -85,7 +85,7 @@ class PingScatterers:
             bed_law = seabed.law(self.ping_geometry.frequency, bed_speed)
             blocks += [] if bed_law is None else self._boundary("seabed", seabed.depth, bed_law)
         if "surface" in contributions:
-            surface_law = surface.law(self.ping_geometry.frequency)
+            surface_law = surface.law(self.ping_geometry.frequency, float(self.scene.water.sound_speed_at(0.0)))
             blocks += [] if surface_law is None else self._boundary("surface", 0.0, surface_law)
         if "water" in contributions and self.scene.water.scatters:
             suspended = VolumeScatterers(self.scene, self.path_settings, self.seed, self.ping_geometry, self.resolution)

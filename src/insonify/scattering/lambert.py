@@ -24,6 +24,9 @@ class Lambert:
     Am. 33, 1498: -27 dB at 0.5 to 1 kHz; at higher frequencies fit the strength.
     """
 
+    citation: ClassVar[str] = "Mackenzie (1961), J. Acoust. Soc. Am. 33, 1498: Lambert's law for the seabed"
+    """Source of the law."""
+
     # A scenario may write the strength as "-27 dB"; unknown keys are refused.
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", allow_inf_nan=False)
 

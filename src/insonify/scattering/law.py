@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,7 @@ from insonify.validity import require_numbers
 Floats = NDArray[np.float64]
 
 
+@runtime_checkable
 class ScatteringLaw(Protocol):
     """Bistatic scattering cross section of a patch of interface."""
 
@@ -26,6 +27,15 @@ class ScatteringLaw(Protocol):
         Returns:
             Scattered intensity at 1 m per unit incident intensity and unit area [1], broadcast shape.
         """
+        ...
+
+
+@runtime_checkable
+class ProductLaw(ScatteringLaw, Protocol):
+    """Law that is the product of one factor for each direction, for any azimuth."""
+
+    def direction_factor(self, grazing: Floats) -> Floats:
+        """Factor of one direction, square root of its backscattering cross section [1]; grazing [rad], any shape."""
         ...
 
 

@@ -11,7 +11,7 @@ IMAGES = "Allen & Berkley (1979), J. Acoust. Soc. Am. 65, 943: image sources"
 DRAWS = "Salmon, Moraes, Dror & Shaw (2011), Proc. SC11: random numbers by key (Philox)"
 GRIDDING = "Greengard & Lee (2004), SIAM Review 46, 443: sums of echoes on a time grid"
 ABSORPTION = "Francois & Garrison (1982), J. Acoust. Soc. Am. 72, 1879: absorption"
-LAMBERT = "Mackenzie (1961), J. Acoust. Soc. Am. 33, 1498: Lambert's law for the seabed"
+LAMBERT = Lambert.citation
 JACKSON = "Williams & Jackson (1998), J. Acoust. Soc. Am. 103, 169: scattering by a sediment's surface and inside"
 SEA = "Elfouhaily, Chapron, Katsaros & Vandemark (1997), J. Geophys. Res. 102, 15781: waves of a wind sea"
 ROUGH = "Eckart (1953), J. Acoust. Soc. Am. 25, 566: coherent reflection from a rough boundary"
@@ -36,9 +36,8 @@ def citations(scenario: Scenario) -> list[str]:
         sources.append(DRAWS)
     if scenario.water.absorption_db_per_m is None:
         sources.append(ABSORPTION)
-    laws = [scenario.seabed.scattering, scenario.surface.scattering]
-    if any(isinstance(law, Lambert) for law in laws) or scenario.scene.occluders:
-        sources.append(LAMBERT)
+    laws = [scenario.seabed.scattering, scenario.surface.scattering, *([Lambert()] if scenario.scene.occluders else [])]
+    sources += dict.fromkeys(cited for law in laws if (cited := getattr(law, "citation", None)))
     if any(target.face_reflection_coefficient for target in scenario.scene.solids_of_one_law):
         sources.append(FACETS)
     if isinstance(scenario.seabed.scattering, SedimentLaw):

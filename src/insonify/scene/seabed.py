@@ -1,18 +1,20 @@
 """Seabed: depth, relief, scattering law, texture and specular reflection."""
 
+from collections.abc import Hashable
 from functools import lru_cache
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from insonify.model import Metres, Model, field_error
-from insonify.scattering.compiled_law import CompiledLaw
+from insonify.scattering.compiled_law import CompiledLaw, compiled_once
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.reflection import reflection_coefficient, reflection_coefficient_at_sine
+from insonify.scene.boundary_law import BoundaryLaw, infer_law_kind, law_at
 from insonify.scene.scatterer_grid import ScattererGrid
-from insonify.scene.seabed_law import SedimentLaw, TableLaw, checked_sediment, infer_law_kind, sediment
+from insonify.scene.seabed_law import SedimentLaw, TableLaw, checked_sediment, sediment
 from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.scene.terrain.bathymetry_grid import BathymetryGrid, warn_of_overlap
 from insonify.scene.terrain.composite_relief import build_terrain
@@ -50,7 +52,8 @@ class Seabed(Model):
     """Seed of the relief and of the texture; None: the scenario's. Given here, the relief stays while the scenario's
     seed changes scatterers and noise."""
     scattering: Annotated[
-        Annotated[Lambert | SedimentLaw | TableLaw, Field(discriminator="law")] | None, BeforeValidator(infer_law_kind)
+        Annotated[BoundaryLaw | SedimentLaw | TableLaw, Field(discriminator="law")] | None,
+        BeforeValidator(infer_law_kind),
     ] = SedimentLaw()
     """Law of diffuse scattering; None for a seabed that reflects specularly only."""
     texture: Texture | None = None
@@ -142,10 +145,12 @@ class Seabed(Model):
         return np.asarray(self.terrain.depth_at(north, east))
 
     def law(self, frequency: float, sound_speed: float) -> Lambert | CompiledLaw | None:
-        """The law of diffuse scattering at one frequency [Hz], under water of one sound speed [m/s]."""
-        if isinstance(self.scattering, SedimentLaw | TableLaw):
-            return self.scattering.at(frequency, sound_speed)
-        return self.scattering
+        """The law of diffuse scattering at one frequency [Hz], under water of one sound speed [m/s].
+
+        Every law is compiled but Lambert's, whose pairs need no cross sections of their own.
+        """
+        law = law_at(self.scattering, frequency, sound_speed)
+        return law if law is None or isinstance(law, Lambert | CompiledLaw) else compiled_once(cast(Hashable, law))
 
     def interface_law(self, frequency: float, sound_speed: float) -> CompiledLaw | None:
         """Scattering law of the sediment's rough surface, for a rough reflecting interface; None: no such interface."""

@@ -36,14 +36,6 @@ def sediment(name: str | float) -> Sediment:
     return Sediment.named(name) if isinstance(name, str) else Sediment.from_grain_size(name)
 
 
-def infer_law_kind(value: object) -> object:
-    """Add the kind of law to a mapping without it, from the keys: a strength, a sediment, a table or a wind."""
-    if isinstance(value, dict) and "law" not in value:
-        law_of_key = {"sediment": "jackson", "volume": "jackson", "file": "table", "wind_speed": "apl-surface"}
-        return {**value, "law": next((law for key, law in law_of_key.items() if key in value), "lambert")}
-    return value
-
-
 class SedimentLaw(Model):
     """A law that follows from the sediment of the seabed."""
 

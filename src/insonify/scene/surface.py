@@ -11,8 +11,9 @@ from pydantic import BeforeValidator, Field, model_validator
 from insonify.model import Metres, MetresPerSecond, Model, Radians, field_error
 from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.scattering.apl_surface import AplSurface
-from insonify.scattering.lambert import Lambert
-from insonify.scene.seabed_law import infer_law_kind
+from insonify.scattering.compiled_law import CompiledLaw
+from insonify.scattering.law import ScatteringLaw
+from insonify.scene.boundary_law import BoundaryLaw, infer_law_kind, law_at
 from insonify.validity import PhysicsWarning
 
 
@@ -24,8 +25,8 @@ class AplSurfaceLaw(Model):
     wind_speed: Annotated[MetresPerSecond, Field(ge=0, le=30)]
     """Wind at a height of 10 m [m/s]."""
 
-    def at(self, frequency: float) -> AplSurface:
-        """The law at one frequency [Hz]."""
+    def at(self, frequency: float, sound_speed: float) -> AplSurface:
+        """The law at one frequency [Hz], the same at every sound speed [m/s]."""
         return AplSurface(self.wind_speed, frequency)
 
 
@@ -60,7 +61,7 @@ class Surface(Model):
     wave_direction: Radians = 0.0
     """Direction of propagation of the waves, clockwise from north [rad]."""
     scattering: Annotated[
-        Annotated[Lambert | AplSurfaceLaw, Field(discriminator="law")] | None, BeforeValidator(infer_law_kind)
+        Annotated[BoundaryLaw | AplSurfaceLaw, Field(discriminator="law")] | None, BeforeValidator(infer_law_kind)
     ] = None
     """Scattering law of the surface; None for a surface that reflects specularly only."""
 
@@ -116,9 +117,9 @@ class Surface(Model):
         """Wavelength of the shortest waves of the wind sea that are realised [m]."""
         return self.dominant_wavelength / 2 if self.cutoff_wavelength is None else self.cutoff_wavelength
 
-    def law(self, frequency: float) -> Lambert | AplSurface | None:
-        """Scattering law of the surface at one frequency [Hz]; None: no scattering."""
-        return self.scattering.at(frequency) if isinstance(self.scattering, AplSurfaceLaw) else self.scattering
+    def law(self, frequency: float, sound_speed: float) -> ScatteringLaw | CompiledLaw | None:
+        """Law of the surface at one frequency [Hz], under water of one sound speed [m/s]; None: no scattering."""
+        return law_at(self.scattering, frequency, sound_speed)
 
     def reflection_coefficient(self, grazing: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Pressure reflection coefficient of one surface bounce [1]: -1 at any grazing angle [rad], shape of these."""

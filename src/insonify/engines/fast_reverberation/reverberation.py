@@ -62,9 +62,8 @@ from insonify.propagation.propagation_model import PropagationModel
 from insonify.propagation.refracted_rays import RefractedRays
 from insonify.recent_results import Identity, RecentResults
 from insonify.records.reverberation_samples import ReverberationSamples
-from insonify.scattering.compiled_law import CompiledLaw, compile_law
-from insonify.scattering.lambert import Lambert
-from insonify.scene.scatterers import BOUNDARY_ECHO, Law
+from insonify.scattering.compiled_law import CompiledLaw, compiled_once
+from insonify.scene.scatterers import BOUNDARY_ECHO
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
 from insonify.scene.terrain_map import CACHE_SIDE, empty_terrain_map, terrain_map
@@ -368,7 +367,7 @@ def _prepare(
 ) -> PreparedReverberation | None:
     """Tables for a ping and those like it; None where the scene does not meet the conditions."""
     seabed, terrain = scene.seabed, scene.seabed.terrain
-    law = _compiled_law(seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(seabed.depth))))
+    law = seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(seabed.depth)))
     families = families_reaching("seabed", path_settings.followed_families)
     if path_settings.geometry != "3d" or "seabed" not in path_settings.contributions:
         return None
@@ -402,12 +401,12 @@ def _prepare(
     boundary = ViewedBoundary(seabed.depth, families, rise, climbs)
     radials = radials_in_view(ping_geometry, boundary, window_range, sampling, cutoff_gain, heading)
     lines = RadialLines(radials, step, heading)
-    plan = plan_reverberation(rays, ping_geometry, families, law, lines, rise, refraction)
+    compiled = law if isinstance(law, CompiledLaw) else compiled_once(law)
+    plan = plan_reverberation(rays, ping_geometry, families, compiled, lines, rise, refraction)
     has_echoes = boundary_echo_families(path_settings, two_platforms=ping_geometry.receive_track_extent is not None)
     unused = () if has_echoes else (BOUNDARY_ECHO,)
     remaining, without_targets = (
-        _reduced_path_settings(path_settings, scene, ping_geometry.frequency, (*unused, *further))
-        for further in ((), ("target",))
+        _reduced_path_settings(path_settings, scene, (*unused, *further)) for further in ((), ("target",))
     )
     return PreparedReverberation(plan, heading, window_range.farthest, remaining, without_targets)
 
@@ -433,28 +432,13 @@ def _refraction(
 
 
 @lru_cache(maxsize=16)
-def _reduced_path_settings(
-    path_settings: PathSettings, scene: Scene, frequency: float, further: tuple[str, ...]
-) -> PathSettings:
+def _reduced_path_settings(path_settings: PathSettings, scene: Scene, further: tuple[str, ...]) -> PathSettings:
     """The path settings without the seabed, surface and water where they do not scatter, and further contributions."""
     omitted = ["seabed", *further]
-    omitted += ["surface"] if scene.surface.law(frequency) is None else []
+    omitted += ["surface"] if scene.surface.scattering is None else []
     omitted += [] if scene.water.scatters else ["water"]
     remaining = tuple(contribution for contribution in path_settings.contributions if contribution not in omitted)
     return path_settings.unchecked_copy(contributions=remaining)
-
-
-@lru_cache(maxsize=16)
-def _compiled_lambert(law: Lambert) -> CompiledLaw:
-    """Compiled form of Lambert's law, cached."""
-    return compile_law(law)
-
-
-def _compiled_law(law: Law | None) -> CompiledLaw | None:
-    """The compiled form of a law; None: there is no law or no such form."""
-    if isinstance(law, Lambert):
-        return _compiled_lambert(law)
-    return law if isinstance(law, CompiledLaw) else None
 
 
 @lru_cache(maxsize=8)

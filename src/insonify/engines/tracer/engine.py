@@ -135,7 +135,7 @@ class Tracer:
         )
         laws = {
             BED: scene.seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(scene.seabed.depth))),
-            SURFACE: scene.surface.law(ping_geometry.frequency),
+            SURFACE: scene.surface.law(ping_geometry.frequency, float(scene.water.sound_speed_at(0.0))),
         }
         one_way_range = scene.water.max_sound_speed * max(ping_geometry.recorded_delays[1], 0.0) / 2 + float(
             np.linalg.norm(transmit - receive)
