@@ -23,7 +23,7 @@ FORMER_KEYS: dict[str, dict[str, str]] = {
     "SeaNoise": {"whence": "directionality"},
     "Seabed": {"bounce": "reflecting_interface", "lattice": "scatterer_grid", "split": "cutoff_wavelength"},
     "Surface": {"bounce": "reflection", "split": "cutoff_wavelength", "waves_to": "wave_direction"},
-    "_Body": {"smooth": "face_reflection_coefficient"},
+    "Body": {"smooth": "face_reflection_coefficient"},
     "Texture": {"length": "correlation_length", "shape": "k_shape"},
 }
 """By the name of a model: the new name of each key that was renamed."""

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from insonify.scene.target import TruncatedCone as TruncatedCone
     from insonify.scene.texture import Texture as Texture
 
-_TARGETS = ("Box", "Cone", "Cylinder", "LibraryTarget", "Mesh", "Plate", "PointTarget", "Sphere", "TruncatedCone")
 _HOMES = {
-    "ScattererGrid": "scatterer_grid", "Scene": "scene", "Seabed": "seabed", "Surface": "surface", "Texture": "texture",
-} | dict.fromkeys(_TARGETS, "target")  # fmt: skip
+    "PointTarget": "target", "ScattererGrid": "scatterer_grid", "Scene": "scene", "Seabed": "seabed",
+    "Surface": "surface", "Texture": "texture",
+}  # fmt: skip
 
 __all__ = [
     "Box", "Cone", "Cylinder", "LibraryTarget", "Mesh", "Plate", "PointTarget", "ScattererGrid", "Scene", "Seabed",
@@ -37,6 +37,8 @@ def __getattr__(name: str) -> object:
     """Load a public name when it is first used."""
     if name in _HOMES:
         return getattr(import_module(f"insonify.scene.{_HOMES[name]}"), name)
+    if name[:1].isupper() and name in (shapes := import_module("insonify.scene.target").SHAPES):
+        return shapes[name]
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -13,7 +13,7 @@ from insonify.scene.scene import Scene
 from insonify.scene.seabed import Seabed
 from insonify.scene.smooth_faces import clip_at_seabed, smooth_triangles
 from insonify.scene.solid import STANDING, seabed_depth_at
-from insonify.scene.target import Box, LibraryTarget, Mesh, Plate, Solid, solids_of_one_law
+from insonify.scene.target import Solid, solids_of_one_law
 
 Floats = NDArray[np.float64]
 
@@ -95,7 +95,7 @@ def flat_faces(scene: Scene, wavelength: float) -> tuple[FlatFace, ...]:
     result: list[FlatFace] = []
     for row, solid in enumerate(scene.occluders):
         for faces in solids_of_one_law(solid):
-            if faces.face_reflection_coefficient and isinstance(faces, Box | Plate | Mesh | LibraryTarget):
+            if faces.face_reflection_coefficient and faces.reflects_legs:
                 result += _faces_of(scene, row, faces, wavelength)
     return tuple(result)
 

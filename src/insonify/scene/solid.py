@@ -16,27 +16,11 @@ from insonify import random_keys
 from insonify.frames import pose_rotation
 from insonify.model import field_error
 from insonify.recent_results import RecentResults
-from insonify.scene import triangle_surfaces
 from insonify.scene.clipping import TOUCHING, clip_triangles
-from insonify.scene.mesh_file import mesh_parts, mesh_triangles
 from insonify.scene.scatterers import Scatterers, target_scatterer_id
 from insonify.scene.seabed import Seabed
-from insonify.scene.shape_library import preset_triangles
 from insonify.scene.surface_cells import SurfaceCells, surface_cells
-from insonify.scene.target import (
-    Box,
-    Cone,
-    Cylinder,
-    LibraryTarget,
-    Mesh,
-    MeshFaces,
-    Plate,
-    Solid,
-    Sphere,
-    TruncatedCone,
-    key_label,
-    whole_solid,
-)
+from insonify.scene.target import Box, Cylinder, Solid, key_label, whole_solid
 from insonify.scene.triangle_surfaces import Triangles
 
 Floats = NDArray[np.float64]
@@ -64,32 +48,7 @@ def seabed_depth_at(seabed: Seabed, position: Floats) -> Floats:
 @lru_cache(maxsize=1024)
 def body_triangles(solid: Solid) -> Triangles:
     """Surface of a solid in its own axes (forward, starboard, down), with its middle at the origin, cached."""
-    return _construct(solid)
-
-
-def _construct(solid: Solid) -> Triangles:
-    """Surface of a solid in its own axes, without the cache."""
-    match solid:
-        case Box(size=size):
-            return triangle_surfaces.block(*size)
-        case Sphere(diameter=diameter):
-            return triangle_surfaces.sphere(diameter)
-        case Cylinder(length=length, diameter=diameter):
-            return triangle_surfaces.cylinder(length, diameter)
-        case Cone(height=height, diameter=diameter):
-            return triangle_surfaces.with_axis_up(triangle_surfaces.frustum(height, diameter, 0.0))
-        case TruncatedCone(height=height, diameter=diameter, top_diameter=top):
-            return triangle_surfaces.with_axis_up(triangle_surfaces.frustum(height, diameter, top))
-        case Plate(length=length, width=width, thickness=thickness):
-            return triangle_surfaces.block(length, width, thickness)
-        case Mesh(file=file, up=up, scale=scale, sha256=sha256, parts=parts):
-            if not parts:
-                return mesh_triangles(file, up, scale, sha256)
-            surface, row = mesh_parts(file, up, scale, sha256, tuple(part.name for part in parts))
-            return surface.part(row == solid.part) if isinstance(solid, MeshFaces) else surface
-        case LibraryTarget(name=name, size=size, variant=variant):
-            triangles = preset_triangles(name, variant)
-            return triangles if size is None else triangles.scaled(np.array(size) / (triangles.high - triangles.low))
+    return solid.triangles()
 
 
 @lru_cache(maxsize=1024)

@@ -4,64 +4,23 @@ An upright box, a point, and solids: triangulated bodies that may lean, be burie
 scatter from their faces and cast shadows.
 """
 
-from typing import Annotated, Any, Literal, Self, TypeGuard
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeGuard, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from insonify.data_file import DataFile, Fingerprint, require_unchanged
-from insonify.model import Decibels, Metres, Model, Radians, field_error
+from insonify.model import Decibels, Metres, Model, field_error
 from insonify.scattering.lambert import Lambert
+from insonify.scene import triangle_surfaces
+from insonify.scene.body import Body, Dimensions, Size
 from insonify.scene.mesh_file import MeshError, mesh_parts, mesh_triangles, mesh_warnings
-from insonify.scene.shape_library import PRESETS
-from insonify.scene.terrain.scour import ScourDimensions
-
-Size = Annotated[Metres, Field(gt=0, le=1000)]
-Dimensions = tuple[Size, Size, Size]
+from insonify.scene.shape_library import PRESETS, preset_triangles
+from insonify.scene.triangle_surfaces import Triangles
 
 
-class _Body(Model):
-    """Fields of every target but points: position, attitude, burial, scattering."""
-
-    position: tuple[Metres, Metres] = Field(
-        json_schema_extra={"fix": "Write north and east; the depth of a body is its base_depth"}
-    )
-    """North and east of the target's middle [m]."""
-    base_depth: Metres | None = None
-    """Depth of the lowest point [m]; None: the target lies on the seabed."""
-    heading: Radians = 0.0
-    """Compass heading of the target's forward axis [rad]."""
-    pitch: Annotated[Radians, Field(ge=-np.pi / 2, le=np.pi / 2)] = 0.0
-    """Pitch, forward end up positive [rad]: 90 degrees puts a cylinder on its end."""
-    roll: Annotated[Radians, Field(ge=-np.pi, le=np.pi)] = 0.0
-    """Roll, starboard side down positive [rad]."""
-    burial: Annotated[float, Field(ge=0, lt=1)] = 0.0
-    """Fraction of the target's height that is below the seabed [1]."""
-    burial_depth: Annotated[Metres, Field(ge=0, le=1000)] = 0.0
-    """Depth of the lowest point below the seabed, instead of `burial` [m]."""
-    scour: ScourDimensions | None = None
-    """Scour pit around the target, such as `{depth: 0.2 m, width: 0.5 m}`; None: none."""
-    scattering: Lambert = Lambert(strength_db=-10.0)
-    """Scattering law of the rough part of the faces."""
-    face_reflection_coefficient: Annotated[float, Field(ge=-1, le=1)] | None = None
-    """Pressure reflection coefficient of the smooth part of the faces, which reflects specularly [1]: 1 for a rigid
-    body, -1 for one filled with air; None: rough faces only."""
-
-    @model_validator(mode="after")
-    def _check_depth_or_burial(self) -> Self:
-        if self.base_depth is not None and (self.burial or self.burial_depth):
-            word = "burial" if self.burial else "burial_depth"
-            raise field_error(word, f"{getattr(self, word):g}", "is for a target on the seabed, but base_depth is "
-                          "given. Leave one of the two out.")  # fmt: skip
-        if self.base_depth is not None and self.scour is not None:
-            raise field_error("scour", None, "is for a target on the seabed, but base_depth is given. Leave one of the "
-                          "two out.")  # fmt: skip
-        if self.burial and self.burial_depth:
-            raise field_error("burial_depth", f"{self.burial_depth:g} m", "repeats burial. Leave one out.")
-        return self
-
-
-class Box(_Body):
+class Box(Body):
     """A box: rough faces that scatter by Lambert's law, and a body that casts shadows."""
 
     shape: Literal["box"] = "box"
@@ -73,6 +32,10 @@ class Box(_Body):
     def is_upright(self) -> bool:
         """True if the box neither leans nor is buried, so that it needs no triangles."""
         return not (self.pitch or self.roll or self.burial or self.burial_depth)
+
+    def triangles(self) -> Triangles:
+        """Surface in its own axes, see `Body`."""
+        return triangle_surfaces.block(*self.size)
 
 
 class PointTarget(Model):
@@ -86,18 +49,24 @@ class PointTarget(Model):
     """Target strength [dB re 1 m^2]."""
 
 
-class Sphere(_Body):
+class Sphere(Body):
     """A sphere."""
 
+    reflects_legs: ClassVar[bool] = False
     shape: Literal["sphere"] = "sphere"
     label: str = "sphere"
     diameter: Size
     """Diameter [m]."""
 
+    def triangles(self) -> Triangles:
+        """Surface in its own axes, see `Body`."""
+        return triangle_surfaces.sphere(self.diameter)
 
-class Cylinder(_Body):
+
+class Cylinder(Body):
     """A circular cylinder with its axis along the heading, or vertical at a pitch of 90 degrees."""
 
+    reflects_legs: ClassVar[bool] = False
     shape: Literal["cylinder"] = "cylinder"
     label: str = "cylinder"
     length: Size
@@ -105,10 +74,15 @@ class Cylinder(_Body):
     diameter: Size
     """Diameter [m]."""
 
+    def triangles(self) -> Triangles:
+        """Surface in its own axes, see `Body`."""
+        return triangle_surfaces.cylinder(self.length, self.diameter)
 
-class Cone(_Body):
+
+class Cone(Body):
     """A circular cone that stands on its base."""
 
+    reflects_legs: ClassVar[bool] = False
     shape: Literal["cone"] = "cone"
     label: str = "cone"
     height: Size
@@ -116,10 +90,15 @@ class Cone(_Body):
     diameter: Size
     """Diameter of the base [m]."""
 
+    def triangles(self) -> Triangles:
+        """Surface in its own axes, see `Body`."""
+        return triangle_surfaces.with_axis_up(triangle_surfaces.frustum(self.height, self.diameter, 0.0))
 
-class TruncatedCone(_Body):
+
+class TruncatedCone(Body):
     """A truncated circular cone that stands on its base."""
 
+    reflects_legs: ClassVar[bool] = False
     shape: Literal["truncated_cone"] = "truncated_cone"
     label: str = "truncated_cone"
     height: Size
@@ -129,8 +108,13 @@ class TruncatedCone(_Body):
     top_diameter: Size
     """Diameter of the top [m]."""
 
+    def triangles(self) -> Triangles:
+        """Surface in its own axes, see `Body`."""
+        frustum = triangle_surfaces.frustum(self.height, self.diameter, self.top_diameter)
+        return triangle_surfaces.with_axis_up(frustum)
 
-class Plate(_Body):
+
+class Plate(Body):
     """A horizontal plate; at a pitch or roll of 90 degrees it stands on an edge."""
 
     shape: Literal["plate"] = "plate"
@@ -141,6 +125,10 @@ class Plate(_Body):
     """Width across the heading [m]."""
     thickness: Size = 0.01
     """Thickness [m]."""
+
+    def triangles(self) -> Triangles:
+        """Surface in its own axes, see `Body`."""
+        return triangle_surfaces.block(self.length, self.width, self.thickness)
 
 
 class MeshPart(Model):
@@ -154,7 +142,7 @@ class MeshPart(Model):
     """Pressure reflection coefficient of their smooth part [1], 0 for rough faces; None: that of the body."""
 
 
-class Mesh(_Body):
+class Mesh(Body):
     """A body of triangles from a file: STL, OBJ, PLY or GLB (glTF), in metres unless scaled."""
 
     shape: Literal["mesh"] = "mesh"
@@ -177,12 +165,20 @@ class Mesh(_Body):
         try:
             mesh_triangles(self.file, self.up, self.scale, self.sha256)
             if self.parts:
-                names = tuple(part.name for part in self.parts)
-                mesh_parts(self.file, self.up, self.scale, self.sha256, names)
+                self.parted_triangles()
         except MeshError as fault:
             raise field_error(fault.field, None, str(fault)) from None
         mesh_warnings(self.file, self.up, self.scale, self.sha256)
         return self
+
+    def triangles(self) -> Triangles:
+        """Surface in its own axes, see `Body`."""
+        return self.parted_triangles()[0] if self.parts else mesh_triangles(self.file, self.up, self.scale, self.sha256)
+
+    def parted_triangles(self) -> tuple[Triangles, NDArray[np.int64]]:
+        """Surface, and for each triangle the row of its part, -1 for none."""
+        names = tuple(part.name for part in self.parts)
+        return mesh_parts(self.file, self.up, self.scale, self.sha256, names)
 
 
 class MeshFaces(Mesh):
@@ -193,12 +189,17 @@ class MeshFaces(Mesh):
     part: int
     """Row among its parts; -1 for faces of none."""
 
+    def triangles(self) -> Triangles:
+        """Surface in its own axes, see `Body`."""
+        surface, row = self.parted_triangles()
+        return surface.part(row == self.part)
+
 
 def solids_of_one_law(solid: "Solid") -> "tuple[Solid, ...]":
     """The faces of each part of a mesh and those of none, each as a solid; any other solid itself."""
     if not isinstance(solid, Mesh) or not solid.parts or isinstance(solid, MeshFaces):
         return (solid,)
-    _, row = mesh_parts(solid.file, solid.up, solid.scale, solid.sha256, tuple(part.name for part in solid.parts))
+    _, row = solid.parted_triangles()
     values, solids = {name: getattr(solid, name) for name in Mesh.model_fields}, list[Solid]()
     for number in np.unique(row).tolist():
         entry = solid.parts[number] if number >= 0 else MeshPart(name=solid.label or "mesh")
@@ -222,7 +223,7 @@ def key_label(solid: "Solid") -> str:
     return solid.label
 
 
-class LibraryTarget(_Body):
+class LibraryTarget(Body):
     """A shape from the library of typical objects, see `insonify.scene.shape_library`."""
 
     shape: Literal["library"] = "library"
@@ -248,6 +249,11 @@ class LibraryTarget(_Body):
             )
         return self
 
+    def triangles(self) -> Triangles:
+        """Surface in its own axes, see `Body`."""
+        surface = preset_triangles(self.name, self.variant)
+        return surface if self.size is None else surface.scaled(np.array(self.size) / (surface.high - surface.low))
+
 
 def _library_target_from_name(value: Any) -> Any:
     """A library target given by its name as its shape: `shape: drum`."""
@@ -256,14 +262,12 @@ def _library_target_from_name(value: Any) -> Any:
     return value
 
 
-Solid = Sphere | Cylinder | Cone | TruncatedCone | Plate | Mesh | LibraryTarget | Box
-"""Targets that are made of triangles; a box only if it leans or is buried."""
+Solid = Box | Sphere | Cylinder | Cone | TruncatedCone | Plate | Mesh | LibraryTarget
+"""Targets that are made of triangles, a box only if it leans or is buried; one entry registers a shape."""
+SHAPES: dict[str, type[Body]] = {kind.__name__: kind for kind in get_args(Solid)}
+"""Solids by the names of their classes."""
 Target = Annotated[
-    Annotated[
-        Box | PointTarget | Sphere | Cylinder | Cone | TruncatedCone | Plate | Mesh | LibraryTarget,
-        Field(discriminator="shape"),
-    ],
-    BeforeValidator(_library_target_from_name),
+    Annotated[Solid | PointTarget, Field(discriminator="shape")], BeforeValidator(_library_target_from_name)
 ]
 
 
@@ -274,4 +278,4 @@ def shape_name(target: Target) -> str:
 
 def is_solid(target: Any) -> TypeGuard[Solid]:
     """Return True if a target is made of triangles: everything but points and upright boxes."""
-    return isinstance(target, _Body) and not (isinstance(target, Box) and target.is_upright)
+    return isinstance(target, Body) and not (isinstance(target, Box) and target.is_upright)
