@@ -18,7 +18,7 @@ LONGEST_IN_MS = 50.0
 def pulse_warnings(scenario: ScenarioParts) -> list[str]:
     """Warnings about a pulse that fills the recording, or whose echoes are longer than any sonar's."""
     pulse, stop = scenario.sonar.pulse, scenario.track.window[1]
-    compressed = pulse.kind == "lfm" and scenario.sonar.receiver.matched_filter
+    compressed = pulse.bandwidth > 0 and scenario.sonar.receiver.matched_filter
     echo = min(pulse.duration, 1 / pulse.bandwidth) if compressed else pulse.duration
     if pulse.duration <= MAX_WINDOW_FRACTION * stop and echo <= LONGEST_ECHO:
         return []

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.fourier import fast_length
-from insonify.sonar.pulse import Complexes, Pulse, energy_duration
+from insonify.sonar.modulation import Complexes
+from insonify.sonar.pulse import Pulse, energy_duration
 from insonify.sonar.pulse import spectrum as pulse_spectrum
 from insonify.sonar.receiver import Receiver, response
 from insonify.sonar.sonar import Sonar

@@ -19,6 +19,7 @@ from insonify.formats.store_description import StoreError
 from insonify.frames import pose_rotation
 from insonify.sonar.array import LineArray, PlanarArray
 from insonify.surveys.survey import START, Survey
+from insonify.writers.pulse_code import pulse_code
 from insonify.writers.swath import Swath, arrays, attitude_at, attitude_times, profile, surface_speed, swaths
 
 Floats = NDArray[np.float64]
@@ -249,7 +250,7 @@ def _soundings(survey: Survey, number: int, swath: Swath) -> bytes:
     sector = _record(
         layouts.SECTOR, source_level=scenario.sonar.source_level_db, frequency=pulse.frequency,
         bandwidth=_bandwidth(survey), pulse_length=pulse.duration, effective_pulse_length=1 / _bandwidth(survey),
-        waveform={"cw": 0, "lfm": 1 if pulse.sweep == "up" else 2}[pulse.kind],
+        waveform=_waveform(survey),
     )  # fmt: skip
     table, image = _detections(survey, number, swath)
     rx = _record(
@@ -371,6 +372,12 @@ def _offset(survey: Survey) -> int:
 def _absorption(survey: Survey) -> float:
     """Absorption at the centre frequency [dB/m]."""
     return float(survey.scenario.water.absorption(survey.scenario.sonar.pulse.frequency))
+
+
+def _waveform(survey: Survey) -> int:
+    """Code of the pulse: 0 CW, 1 rising FM, 2 falling FM."""
+    sweep = 1 if survey.scenario.sonar.pulse.sweep == "up" else 2
+    return pulse_code(survey, {"cw": 0, "linear sweep": sweep, "hyperbolic sweep": sweep}, "KMALL")
 
 
 def _bandwidth(survey: Survey) -> float:

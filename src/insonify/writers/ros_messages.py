@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from insonify.scenario.scenario import Scenario
+from insonify.sonar.modulation import Form
 from insonify.sonar.pulse import energy_duration
 from insonify.writers.ros_fans import PLATFORM, Fan, east_north_up, map_rotation
 
@@ -23,6 +24,8 @@ TYPES = {"<u2": 2, "<f4": 8, "<f8": 9}
 """Numbers of the types of samples in marine_acoustic_msgs/SonarImageData."""
 AMPLITUDE, POWER = 2, 3
 """Quantities of SonarInfo: rms pressure [uPa], mean-square pressure [uPa^2]."""
+SIGNAL_TYPES: dict[Form, tuple[int, int]] = {"cw": (1, 1), "linear sweep": (2, 3), "hyperbolic sweep": (2, 3)}
+"""Signal types of SonarInfo by form, of a rising and of a falling pulse; any other form is 0, unknown."""
 LINEAR, DECIBELS, OF_MICROPASCAL, NO_TVG, NOT_NORMALISED = 1, 2, 2, 1, 1
 NO_DETECTION = 1
 
@@ -112,13 +115,13 @@ def sonar_info(head: Fields, scenario: Scenario, fan: Fan, *, power: bool, displ
         version: Version of the program that simulated them.
     """
     pulse = scenario.sonar.pulse
-    sweep = {"up": 2, "down": 3}[pulse.sweep]
+    signal_type = SIGNAL_TYPES.get(pulse.form, (0, 0))[pulse.sweep == "down"]
     return {
         "header": head, "sonar_model": f"simulated: {scenario.title}", "calibration_ref": f"insonify {version}",
         "calibration_time": head["stamp"],
-        "pulse_lengths": [energy_duration(pulse) if pulse.kind == "cw" else pulse.duration],
+        "pulse_lengths": [energy_duration(pulse) if pulse.form == "cw" else pulse.duration],
         "bandwidths": [pulse.bandwidth or 1 / energy_duration(pulse)],
-        "tx_signal_types": [1 if pulse.kind == "cw" else sweep], "intensity_quantity": POWER if power else AMPLITUDE,
+        "tx_signal_types": [signal_type], "intensity_quantity": POWER if power else AMPLITUDE,
         "intensity_scale": DECIBELS if display else LINEAR, "intensity_reference": OF_MICROPASCAL,
         "scale": STEP_DB if display else 1.0, "offset": _display_offset(scenario) if display else 0.0,
         "tvg_model": NO_TVG, "tvg_absorption_db_per_km": np.nan, "source_level_db": scenario.sonar.source_level_db,

@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from insonify.frames import mounting_rotation, pose_rotation
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import beams
+from insonify.sonar.modulation import Form
 from insonify.sonar.pulse import energy_duration
 from insonify.sonar.sonar import Sonar
 from insonify.surveys.survey import Survey
+from insonify.writers.pulse_code import pulse_code
 from insonify.writers.sonar_netcdf4_attributes import (
     ATTITUDE,
     BEAMS,
@@ -45,6 +47,7 @@ ENUMS = {
     "conversion_equation_t": {f"type_{number}": number for number in range(1, 7)},
     "transmit_t": {"CW": 0, "LFM": 1, "HFM": 2},
 }  # fmt: skip
+TRANSMIT_TYPES: dict[Form, int] = {"cw": 0, "linear sweep": 1, "hyperbolic sweep": 2}
 RMS_SENSITIVITY = -10 * np.log10(2.0)
 """Sensitivity of samples that are rms values, in an equation that takes them for peaks [dB re 1/uPa]."""
 LEVEL = 1e-7
@@ -289,7 +292,7 @@ def _beam_group(survey: Survey, group: Any, types: Mapping[str, Any]) -> None:
 def _effective_duration(survey: Survey) -> float:
     """Duration of the square pulse of the energy of the received one [s]."""
     sonar = survey.scenario.sonar
-    is_compressed = sonar.pulse.kind != "cw" and sonar.receiver.matched_filter
+    is_compressed = sonar.pulse.bandwidth > 0 and sonar.receiver.matched_filter
     return 1 / sonar.pulse.bandwidth if is_compressed else energy_duration(sonar.pulse)
 
 
@@ -321,7 +324,7 @@ def _settings(survey: Survey, types: Mapping[str, Any]) -> list[tuple[str, Any, 
         ("transmit_frequency_start", "f4", sent, pulse.frequency - half, {}),
         ("transmit_frequency_stop", "f4", sent, pulse.frequency + half, {}),
         ("transmit_source_level", "f4", sent, scenario.sonar.source_level_db, {}),
-        ("transmit_type", types["transmit_t"], sent, int(pulse.kind == "lfm"), {}),
+        ("transmit_type", types["transmit_t"], sent, pulse_code(survey, TRANSMIT_TYPES, "SONAR-netCDF4"), {}),
         ("transmit_transducer_index", "i4", sent, sending, {}),
         ("receive_transducer_index", "i4", ("beam",), receiving, {}),
         ("transmit_beam_index", "i4", beam, np.arange(survey.recording.sizes["channel"]), {}),

@@ -105,7 +105,7 @@ def compressed(recording: xr.Dataset, scenario: Scenario) -> xr.Dataset:
     sonar = scenario.sonar
     if sonar.receiver.matched_filter:
         return recording
-    window = "hamming" if sonar.pulse.kind == "lfm" else "uniform"
+    window = "hamming" if sonar.pulse.bandwidth > 0 else "uniform"
     return compressed_recording(recording, sonar.pulse, window=window)
 
 

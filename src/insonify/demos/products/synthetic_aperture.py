@@ -140,7 +140,7 @@ def cells(scenario: Scenario) -> tuple[float, float]:
     weight = np.prod([np.sinc(length * sine / wavelength) for length in lengths(scenario)], axis=0)
     along = np.linspace(-2, 2, 2001) * along_track_resolution(float(half_angle(scenario)), pulse.frequency, speed)
     peak = np.abs(np.exp(4j * np.pi * np.outer(along, sine) / wavelength) @ weight) ** 2
-    slant = pulse.duration * speed / 2 if pulse.kind == "cw" else HAMMING * speed / (2 * pulse.bandwidth)
+    slant = pulse.duration * speed / 2 if pulse.form == "cw" else HAMMING * speed / (2 * pulse.bandwidth)
     return width(along, np.asarray(level_db(peak), float), 1000), slant
 
 
