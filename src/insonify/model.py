@@ -16,11 +16,21 @@ Where several values can be wrong together, ``raise_errors([...])`` raises all e
 The path starts at the model whose validator raises it.
 """
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from insonify.caller_warning import warn_caller
@@ -232,3 +242,20 @@ Celsius = Annotated[float, _quantity("temperature"), Field(json_schema_extra={"u
 Decibels = Annotated[
     float, BeforeValidator(lambda value: decibels(_number(value))), Field(json_schema_extra={"units": "dB"})
 ]
+
+
+def _below_surface(depth: float) -> float:
+    if depth <= 0:
+        raise field_error("", f"{depth:g} m", "is at or above the sea surface (0 m). Depths are positive downwards; "
+                          "write a depth above 0 m.")  # fmt: skip
+    return depth
+
+
+MAX_DEPTH = 12_000.0
+"""Depth of the deepest water [m]."""
+Depth = Annotated[Metres, AfterValidator(_below_surface), Field(gt=0, le=MAX_DEPTH)]
+"""Depth of a point in the water [m]."""
+Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
+"""North or east of a point, or depth of a platform [m]."""
+Heading = Annotated[Radians, Field(ge=-2 * math.pi, le=2 * math.pi)]
+"""Direction in the horizontal plane, clockwise from north or from an axis [rad]."""

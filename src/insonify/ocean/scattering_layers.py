@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from insonify.model import Decibels, Metres, Model, Radians, field_error, raise_errors
+from insonify.model import MAX_DEPTH, Coordinate, Decibels, Depth, Heading, Metres, Model, field_error, raise_errors
 from insonify.units import intensity_ratio
 
 Floats = NDArray[np.float64]
 Strength = Annotated[Decibels, Field(ge=-150, le=0, json_schema_extra={"units": "dB re 1/m"})]
-Row = tuple[Annotated[Metres, Field(ge=0)], Strength | None]
+Row = tuple[Annotated[Metres, Field(ge=0, le=MAX_DEPTH)], Strength | None]
 ScenarioLayers = Strength | tuple[Row, ...]
 """One strength for all the water, or rows of a depth and the strength from it down to the next row; None: clear."""
 
@@ -22,15 +22,15 @@ class ScatteringPatch(Model):
 
     label: Annotated[str, Field(min_length=1)] = "patch"
     """Name of the patch in labels and arrivals."""
-    position: tuple[Metres, Metres, Annotated[Metres, Field(gt=0)]]
-    """North, east and depth of its centre [m]."""
+    position: tuple[Coordinate, Coordinate, Depth]
+    """North and east of its centre [m], and depth [m]."""
     size: tuple[
         Annotated[Metres, Field(gt=0, le=10_000)],
         Annotated[Metres, Field(gt=0, le=10_000)],
         Annotated[Metres, Field(gt=0, le=10_000)],
     ]
     """Full length along its heading, width across it, and height [m]."""
-    heading: Radians = 0.0
+    heading: Heading = 0.0
     """Compass heading of its length [rad]."""
     form: Literal["ellipsoid", "box"] = "ellipsoid"
     """Shape of the patch: ellipsoid or box."""

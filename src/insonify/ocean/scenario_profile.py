@@ -22,15 +22,17 @@ from insonify.ocean.profile_file import QUANTITIES, read_profile
 from insonify.units import si
 
 DIMENSIONS = {"depth": "length", "speed": "speed", "temperature": "temperature"}
+ProfileDepth = Annotated[Metres, Field(ge=QUANTITIES["depth"][1], le=QUANTITIES["depth"][2])]
+ProfileSpeed = Annotated[MetresPerSecond, Field(ge=QUANTITIES["speed"][1], le=QUANTITIES["speed"][2])]
 FORMS = "write a table's name (cast.csv), rows of [depth, speed], or columns {depth: [...], speed: [...]}"
 
 
 class ScenarioProfile(Model):
     """Sound speed at increasing depths, and the table that it was read from, if any."""
 
-    depth: tuple[Metres, ...]
+    depth: tuple[ProfileDepth, ...]
     """Depths of the knots, increasing [m]."""
-    speed: tuple[Annotated[MetresPerSecond, Field(ge=1300, le=1700)], ...]
+    speed: tuple[ProfileSpeed, ...]
     """Sound speed at the knots [m/s], as many as depths."""
     file: str | None = None
     """Name of the table, as it was written; relative to the scenario's file."""

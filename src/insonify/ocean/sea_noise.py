@@ -27,7 +27,7 @@ class SeaNoise(Model):
     """Measured spectrum level, constant over the band [dB re 1 uPa^2/Hz]; None: computed from the sources below."""
     wind_speed: Annotated[MetresPerSecond, Field(ge=0, le=STRONGEST)] | None = None
     """Wind at 10 m height [m/s]."""
-    shipping: Annotated[float, Field(ge=0, le=1, json_schema_extra={"units": "1"})] = 0.5
+    shipping: Annotated[float, Field(ge=0, le=1)] = 0.5
     """Shipping activity, from 0 (remote) to 1 (heavy traffic); contributes below some kilohertz only [1]."""
     rain_rate: Annotated[float, Field(ge=0, le=500, json_schema_extra={"units": "mm/h"})] = 0.0
     """Rainfall [mm/h]."""

@@ -29,7 +29,9 @@ def _loss_per_metre(value: object) -> object:
     return loss / 1e3 if isinstance(loss, float) and length.strip() == "km" else loss
 
 
-LossPerMetre = Annotated[float, BeforeValidator(_loss_per_metre), Field(ge=0, json_schema_extra={"units": "dB/m"})]
+LossPerMetre = Annotated[
+    float, BeforeValidator(_loss_per_metre), Field(ge=0, le=1000, json_schema_extra={"units": "dB/m"})
+]
 
 
 class Water(Model):
@@ -57,8 +59,8 @@ class Water(Model):
     absorption_db_per_m: LossPerMetre | None = None
     """Measured absorption, the same at every frequency [dB/m]; None: the law of Francois & Garrison."""
     volume_strength_db: ScenarioLayers | None = None
-    """Volume scattering strength S_v [dB re 1/m]: one number, or rows of a depth and the strength from it down to the
-    next row, null where it is clear; None: clear throughout."""
+    """Volume scattering strength S_v [dB re 1/m]: one number, or rows of a depth [m], and the strength from it down to
+    the next row, null where it is clear; None: clear throughout."""
     patches: tuple[ScatteringPatch, ...] = ()
     """Volumes of stronger scattering, such as schools and wakes."""
 

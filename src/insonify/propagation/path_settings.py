@@ -67,7 +67,7 @@ class PathSettings(Model):
     geometry: Literal["3d", "slice"] = "3d"
     """The whole scene, or the vertical plane of one beam, in which each point stands for its part of the footprint."""
     max_reflections: Annotated[int, Field(ge=0, le=12)] = 2
-    """Largest number of bounces of one leg."""
+    """Largest number of bounces of one leg [1]."""
     families: tuple[str, ...] | None = None
     """Families to follow, such as [D, S, BS]; None: all up to `max_reflections`."""
     contributions: tuple[Contribution, ...] = ("seabed", "surface", "target", "water", "boundary echo")

@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import ConfigDict
+from pydantic import AfterValidator, ConfigDict, Field
 
 from insonify.model import Decibels
 from insonify.scattering.law import Floats, checked_angles
@@ -14,6 +14,20 @@ from insonify.validity import require_number
 
 STRONGEST_DB = 10 * math.log10(1 / math.pi)
 """Strength of an interface that scatters all the incident energy [dB]."""
+WEAKEST_DB = -200.0
+"""Smallest strength; a scenario without an echo of the interface has no law at all [dB]."""
+
+
+def _passive(strength_db: float) -> float:
+    if strength_db > STRONGEST_DB + 1e-9:
+        raise ValueError(
+            f"Lambert.strength_db is {strength_db:g} dB; above {STRONGEST_DB:.2f} dB (10 log10 1/pi) "
+            f"the interface would scatter more energy than it receives. Give a lower strength, such as -27"
+        )
+    return min(strength_db, STRONGEST_DB)
+
+
+LambertStrength = Annotated[Decibels, AfterValidator(_passive), Field(ge=WEAKEST_DB, le=STRONGEST_DB)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,20 +44,15 @@ class Lambert:
     # A scenario may write the strength as "-27 dB"; unknown keys are refused.
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", allow_inf_nan=False)
 
-    strength_db: Decibels = -27.0
+    strength_db: LambertStrength = -27.0
     """Scattering strength at normal incidence, 10 log10(mu) [dB]."""
     law: Literal["lambert"] = "lambert"
     """Name of the law in a scenario file."""
 
     def __post_init__(self) -> None:
         """Refuse an interface that scatters more energy than it receives."""
-        strength = require_number("Lambert.strength_db", self.strength_db, "dB", example="-27")
-        object.__setattr__(self, "strength_db", strength)
-        if self.strength_db > STRONGEST_DB + 1e-9:
-            raise ValueError(
-                f"Lambert.strength_db is {self.strength_db:g} dB; above {STRONGEST_DB:.2f} dB (10 log10 1/pi) "
-                f"the interface would scatter more energy than it receives. Give a lower strength, such as -27"
-            )
+        strength = require_number("Lambert.strength_db", self.strength_db, "dB", WEAKEST_DB, example="-27")
+        object.__setattr__(self, "strength_db", _passive(strength))
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle, mu sin(in) sin(out) [1].

@@ -29,8 +29,8 @@ class ScenarioParts(Model):
     title: str = ""
     """One line about it."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
-    """Seed of every random draw: the same seed, the same bits. Files that share it share their seabed, whatever their
-    track, targets and noise, if relief, cutoff wavelength and pulse are the same."""
+    """Seed of every random draw [1]: the same seed, the same bits. Files that share it share their seabed, whatever
+    their track, targets and noise, if relief, cutoff wavelength and pulse are the same."""
     water: Water = Water()
     seabed: Seabed = Seabed()
     surface: Surface = Surface()

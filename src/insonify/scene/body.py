@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from insonify.model import Metres, Model, Radians, field_error
+from insonify.model import Coordinate, Depth, Heading, Metres, Model, Radians, field_error
 from insonify.scattering.lambert import Lambert
 from insonify.scene.terrain.scour import ScourDimensions
 from insonify.scene.triangle_surfaces import Triangles
@@ -21,13 +21,13 @@ class Body(Model):
     reflects_legs: ClassVar[bool] = True
     """True: large flat faces of the shape, if it has any, reflect legs to other scatterers."""
 
-    position: tuple[Metres, Metres] = Field(
+    position: tuple[Coordinate, Coordinate] = Field(
         json_schema_extra={"fix": "Write north and east; the depth of a body is its base_depth"}
     )
     """North and east of the target's middle [m]."""
-    base_depth: Metres | None = None
+    base_depth: Depth | None = None
     """Depth of the lowest point [m]; None: the target lies on the seabed."""
-    heading: Radians = 0.0
+    heading: Heading = 0.0
     """Compass heading of the target's forward axis [rad]."""
     pitch: Annotated[Radians, Field(ge=-np.pi / 2, le=np.pi / 2)] = 0.0
     """Pitch, forward end up positive [rad]: 90 degrees puts a cylinder on its end."""

@@ -6,15 +6,14 @@ evaluated at any time, and a world moved as a whole keeps its scatterers. Where 
 priority are kept, the same in every ping.
 """
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from insonify import random_keys
 from insonify.jit import njit
-from insonify.model import Metres, Model, Radians
+from insonify.model import Coordinate, Heading, Model
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -35,16 +34,13 @@ PART_ORDER, TILE_ORDER = 1, 2
 """Last counters of the random numbers that order the cells of a part, and the parts of a tile; 0 for a cell's own."""
 
 
-Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
-
-
 class ScattererGrid(Model):
     """Frame of the random scatterers; moving it together with the whole scene changes no echo."""
 
     origin: tuple[Coordinate, Coordinate] = (0.0, 0.0)
-    """North and east of the lattice's origin [m]."""
-    heading: Radians = 0.0
-    """Compass heading of the lattice's first axis [rad]."""
+    """North and east of the frame's origin [m]: scatterers stay where they are in the frame when it is moved."""
+    heading: Heading = 0.0
+    """Compass heading of the frame [rad], to be turned by the same angle as the scene."""
 
     @property
     def frame(self) -> tuple[float, float, float, float]:

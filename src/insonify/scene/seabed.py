@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from insonify.model import Metres, Model, field_error
+from insonify.model import MAX_DEPTH, Metres, Model, field_error
 from insonify.scattering.compiled_law import CompiledLaw, compiled_once
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.reflection import reflection_coefficient, reflection_coefficient_at_sine
@@ -25,6 +25,7 @@ from insonify.scene.terrain.scour import Scour
 from insonify.scene.texture import Texture
 
 Reflection = Annotated[float, Field(ge=-1, le=1)] | Annotated[str, AfterValidator(checked_sediment)]
+SeabedLaw = BoundaryLaw | SedimentLaw | TableLaw
 ReliefKind = Annotated[PowerLaw | Ripples | BathymetryGrid | Scour, Field(discriminator="kind")]
 
 
@@ -38,22 +39,25 @@ def _as_list_of_reliefs(value: object) -> object:
 class Seabed(Model):
     """A seabed: flat at one depth, or with relief about that depth."""
 
-    depth: Annotated[Metres, Field(ge=0.1, le=12_000)] = 20.0
+    depth: Annotated[Metres, Field(ge=0.1, le=MAX_DEPTH)] = 20.0
     """Depth of the flat seabed, or of the mean plane of its relief, below the mean surface, positive down [m].
 
     The default for a surveyed grid is its mean depth.
     """
-    relief: Annotated[tuple[ReliefKind, ...], BeforeValidator(_as_list_of_reliefs)] = ()
+    relief: Annotated[
+        tuple[ReliefKind, ...],
+        BeforeValidator(_as_list_of_reliefs, json_schema_input_type=tuple[ReliefKind, ...] | ReliefKind | None),
+    ] = ()
     """Reliefs that are added to the mean plane; empty: a flat seabed."""
     cutoff_wavelength: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] | None = None
     """Longest wavelength that is left to the scattering law [m]; None: that of the sediment of a law at the sonar's
     frequency (TR 9407), 0.5 m for laws without a sediment."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
-    """Seed of the relief and of the texture; None: the scenario's. Given here, the relief stays while the scenario's
-    seed changes scatterers and noise."""
+    """Seed of the relief and of the texture [1]; None: the scenario's. Given here, the relief stays while the
+    scenario's seed changes scatterers and noise."""
     scattering: Annotated[
-        Annotated[BoundaryLaw | SedimentLaw | TableLaw, Field(discriminator="law")] | None,
-        BeforeValidator(infer_law_kind),
+        Annotated[SeabedLaw, Field(discriminator="law")] | None,
+        BeforeValidator(infer_law_kind, json_schema_input_type=SeabedLaw | None),
     ] = SedimentLaw()
     """Law of diffuse scattering; None for a seabed that reflects specularly only."""
     texture: Texture | None = None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from insonify.model import Metres, MetresPerSecond, Model, Radians, field_error
+from insonify.model import Heading, Metres, MetresPerSecond, Model, field_error
 from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.scattering.apl_surface import AplSurface
 from insonify.scattering.compiled_law import CompiledLaw
@@ -28,6 +28,9 @@ class AplSurfaceLaw(Model):
     def at(self, frequency: float, sound_speed: float) -> AplSurface:
         """The law at one frequency [Hz], the same at every sound speed [m/s]."""
         return AplSurface(self.wind_speed, frequency)
+
+
+SurfaceLaw = BoundaryLaw | AplSurfaceLaw
 
 
 class Swell(Model):
@@ -58,10 +61,11 @@ class Surface(Model):
     """Swell: the wave that tilts a tilted surface, or one of the waves of an explicit one."""
     cutoff_wavelength: Annotated[Metres, Field(ge=0.1, le=1000)] | None = None
     """Shortest wavelength of the wind sea that is realised [m]; None: half the dominant wavelength."""
-    wave_direction: Radians = 0.0
+    wave_direction: Heading = 0.0
     """Direction of propagation of the waves, clockwise from north [rad]."""
     scattering: Annotated[
-        Annotated[BoundaryLaw | AplSurfaceLaw, Field(discriminator="law")] | None, BeforeValidator(infer_law_kind)
+        Annotated[SurfaceLaw, Field(discriminator="law")] | None,
+        BeforeValidator(infer_law_kind, json_schema_input_type=SurfaceLaw | None),
     ] = None
     """Scattering law of the surface; None for a surface that reflects specularly only."""
 

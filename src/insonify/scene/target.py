@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from insonify.data_file import DataFile, Fingerprint, require_unchanged
-from insonify.model import Decibels, Metres, Model, field_error
+from insonify.model import Coordinate, Decibels, Depth, Model, field_error
 from insonify.scattering.lambert import Lambert
 from insonify.scene import triangle_surfaces
 from insonify.scene.body import Body, Dimensions, Size
@@ -43,8 +43,8 @@ class PointTarget(Model):
 
     shape: Literal["point"] = "point"
     label: str = "point"
-    position: tuple[Metres, Metres, Metres]
-    """North, east and depth [m]."""
+    position: tuple[Coordinate, Coordinate, Depth]
+    """North and east [m], and depth [m]."""
     target_strength_db: Annotated[Decibels, Field(ge=-200, le=100)] = 0.0
     """Target strength [dB re 1 m^2]."""
 
@@ -227,14 +227,15 @@ class LibraryTarget(Body):
     """A shape from the library of typical objects, see `insonify.scene.shape_library`."""
 
     shape: Literal["library"] = "library"
+    """The word library; or, instead of it and the name, the name itself, as in `shape: drum`."""
     label: str = ""
-    """Label of the target; by default its name."""
+    """Name of the object in labels and arrivals; default: its name in the library."""
     name: Literal[PRESETS]  # type: ignore[valid-type]
-    """Name of a shape of the library."""
+    """Name of a shape of the library; left out where it is given as the shape."""
     size: Dimensions | None = None
     """Length, width and height to which the shape is scaled [m]; None: those of the library."""
     variant: Annotated[int, Field(ge=0, le=2**31)] = 0
-    """Number of the rock; other shapes have one variant, 0."""
+    """Number of the rock [1]; other shapes have one variant, 0."""
 
     @model_validator(mode="before")
     @classmethod

@@ -7,10 +7,12 @@ computed as decimal fractions, without binary rounding of sums.
 import math
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from typing import Annotated
 
+from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
-from insonify.model import field_error, raise_errors
+from insonify.model import Model, Radians, field_error, raise_errors
 from insonify.units import UNITS, si
 
 KEYS = ("from", "to", "step")
@@ -18,6 +20,35 @@ MAX_ANGLES = 1024
 """Largest number of angles [1]."""
 STEP_TOLERANCE = Fraction(1, 1000)
 """Largest distance of the last step from the end, for steps that are written with few digits [steps]."""
+
+RIGHT_ANGLE = math.pi / 2
+
+
+def _ahead(angle: float) -> float:
+    """An angle from boresight, unchanged if less than a right angle."""
+    if abs(angle) < RIGHT_ANGLE:
+        return angle
+    advice = "Turn the array with mounting.bearing instead."
+    if abs(angle) < 90 and round(angle, 1) == angle:
+        advice = f"A number without a unit is in radians: write {angle:g} deg."
+    raise ValueError(
+        f"steer is {angle * 90 / RIGHT_ANGLE:g} deg; beams are steered by less than 90 deg from boresight. {advice}"
+    )
+
+
+SteerAngle = Annotated[Radians, AfterValidator(_ahead), Field(gt=-RIGHT_ANGLE, lt=RIGHT_ANGLE)]
+"""Angle of a beam from boresight [rad]."""
+
+
+class AngleRange(Model):
+    """Evenly spaced angles: the form in which a file may give them, which `angle_range` reads."""
+
+    first: Annotated[SteerAngle, Field(alias="from")]
+    """First angle [rad]."""
+    last: Annotated[SteerAngle, Field(alias="to")]
+    """Last angle [rad]."""
+    step: Annotated[Radians, Field(ge=-math.pi, le=math.pi)]
+    """Angle from each to the next [rad]: it divides the whole evenly, and is negative where the angles decrease."""
 
 
 def angle_range(mapping: Mapping[str, object]) -> tuple[float, ...]:

@@ -11,15 +11,13 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from insonify.model import Metres, Model, Radians
-from insonify.sonar.angle_range import angle_range
+from insonify.sonar.angle_range import RIGHT_ANGLE, AngleRange, SteerAngle, angle_range
 
 Shading = Literal["uniform", "cosine", "hann", "hamming", "taylor"]
 Element = Literal["omni", "baffled", "cosine", "piston"]
 PlatformMetres = Annotated[Metres, Field(ge=-1000, le=1000)]
 """Coordinate of a point on a platform; a receiver farther away needs a platform of its own [m]."""
 Offset = tuple[PlatformMetres, PlatformMetres, PlatformMetres]
-
-RIGHT_ANGLE = math.pi / 2
 
 
 def _as_tuple(value: object) -> object:
@@ -28,27 +26,21 @@ def _as_tuple(value: object) -> object:
     return value if value is None or isinstance(value, list | tuple) else (value,)
 
 
-def _angle_advice(angle: float) -> str:
-    """Fix for an angle [rad] beyond a right angle: a missing unit of degrees, or another mounting."""
-    if abs(angle) < 90 and round(angle, 1) == angle:
-        return f"A number without a unit is in radians: write {angle:g} deg."
-    return "Turn the array with mounting.bearing instead."
-
-
-def _checked_steering(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
+def _not_empty(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
     if angles is not None and not angles:
         raise ValueError("steer has no angle; give at least one, or leave it out")
-    for angle in angles or ():
-        if abs(angle) >= RIGHT_ANGLE:
-            raise ValueError(
-                f"steer is {angle * 90 / RIGHT_ANGLE:g} deg; beams are steered by less than 90 deg from boresight. "
-                + _angle_advice(angle)
-            )
     return angles
 
 
 # One angle, several, or {from: ..., to: ..., step: ...}; a bare number stands for a list of one.
-Steers = Annotated[tuple[Radians, ...] | None, BeforeValidator(_as_tuple), AfterValidator(_checked_steering)]
+Steers = Annotated[
+    tuple[SteerAngle, ...] | None,
+    BeforeValidator(
+        _as_tuple,
+        json_schema_input_type=Annotated[tuple[SteerAngle, ...], Field(min_length=1)] | SteerAngle | AngleRange | None,
+    ),
+    AfterValidator(_not_empty),
+]
 
 
 class PointTransducer(Model):
@@ -78,14 +70,14 @@ class LineArray(Model):
     length: Metres = Field(gt=0, le=100)
     """Length of the aperture [m]; discrete elements fill it, each one pitch wide."""
     elements: int | None = Field(default=None, ge=1, le=10_000)
-    """Number of elements; None: a continuous aperture."""
+    """Number of elements [1]; None: a continuous aperture."""
     shading: Shading = "uniform"
     """Shading along the aperture; taylor has side lobes at -30 dB."""
     element: Element = "baffled"
     """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle. A baffle
     steps from 1 to 0 at the plane of the array: what lies on that plane is received in full or not at all."""
     steer: Steers = None
-    """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself points ahead."""
+    """Angles of the beams to the right of boresight [rad]; None: as the receive array, which itself points ahead."""
     offset: Offset = (0.0, 0.0, 0.0)
     """Position of the array's centre from the platform's reference point: forward, starboard, down [m]."""
 
@@ -108,9 +100,9 @@ class PlanarArray(Model):
     height: Metres = Field(gt=0, le=100)
     """Extent along the array's down [m]."""
     columns: int | None = Field(default=None, ge=1, le=10_000)
-    """Number of elements across the width; none for a continuous aperture."""
+    """Number of elements across the width [1]; None: a continuous aperture."""
     rows: int | None = Field(default=None, ge=1, le=10_000)
-    """Number of elements down the height; none for a continuous aperture."""
+    """Number of elements down the height [1]; None: a continuous aperture."""
     shading: Shading = "uniform"
     """Weight across the width."""
     shading_down: Shading = "uniform"
@@ -119,9 +111,9 @@ class PlanarArray(Model):
     """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle. A baffle
     steps from 1 to 0 at the plane of the array: what lies on that plane is received in full or not at all."""
     steer: Steers = None
-    """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself points ahead."""
+    """Angles of the beams to the right of boresight [rad]; None: as the receive array, which itself points ahead."""
     steer_down: Radians | None = Field(default=None, gt=-RIGHT_ANGLE, lt=RIGHT_ANGLE)
-    """Angle of all beams below the array's horizontal plane [rad]; none: as steer."""
+    """Angle of all beams below the array's horizontal plane [rad]; None: as `steer`."""
     offset: Offset = (0.0, 0.0, 0.0)
     """Position of the array's centre from the platform's reference point: forward, starboard, down [m]."""
 

@@ -15,6 +15,8 @@ from insonify.ocean.water import LossPerMetre
 from insonify.sonar.time_varied_gain import tvg_db
 
 Floats = NDArray[np.float64]
+Gain = Annotated[Decibels, Field(ge=-400, le=400)]
+Range = Annotated[Metres, Field(ge=0, le=1e6)]
 
 
 class Tone(Model):
@@ -47,9 +49,9 @@ class Crosstalk(Model):
 class ReceiverGain(Model):
     """Gain before the converter, fixed and time-varied; the recording is in uPa, so the gain is divided out again."""
 
-    fixed_db: Annotated[Decibels, Field(ge=-400, le=400)] = 0.0
+    fixed_db: Gain = 0.0
     """Gain at all ranges [dB]."""
-    tvg_db_per_decade: Annotated[float, Field(ge=0, le=60, json_schema_extra={"units": "dB"})] = 0.0
+    tvg_db_per_decade: Annotated[Decibels, Field(ge=0, le=60)] = 0.0
     """Growth of the gain for each tenfold range, such as 20, 30 or 40 [dB]; 0: it does not depend on range."""
     absorption_db_per_m: LossPerMetre | None = None
     """One-way absorption that the gain compensates, out and back [dB/m]; None: that of the water, if
@@ -60,7 +62,7 @@ class ReceiverGain(Model):
     """Time after which the gain is constant [s]; None: it varies until the window ends."""
     max_db: Annotated[Decibels, Field(ge=-200, le=400)] | None = None
     """Largest gain of the amplifier [dB]; None: no limit."""
-    curve: tuple[tuple[Metres, Decibels], ...] = ()
+    curve: tuple[tuple[Range, Gain], ...] = ()
     """Additional gain by range: rows of a range [m] and a gain [dB], linear between rows, constant beyond them."""
 
     @model_validator(mode="after")
@@ -109,4 +111,4 @@ class AnalogToDigitalConverter(Model):
     full_scale_db: Annotated[Decibels, Field(ge=0, le=300)]
     """Rms level of a tone that reaches full scale at a gain of 0 dB [dB re 1 uPa]."""
     bits: Annotated[int, Field(ge=2, le=32)] | None = None
-    """Bits of each of the two numbers, in phase and in quadrature, sign included; None: no rounding."""
+    """Bits of each of the two numbers, in phase and in quadrature, sign included [1]; None: no rounding."""

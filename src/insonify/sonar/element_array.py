@@ -8,11 +8,13 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from insonify.model import Metres, Model, Radians, field_error
+from insonify.model import Heading, Metres, Model, Radians, field_error
 from insonify.sonar.array import LineArray, Offset, PlanarArray, PointTransducer
 
 Directivity = Literal["omni", "baffled", "cosine"]
 Size = tuple[Annotated[Metres, Field(ge=0, le=10)], Annotated[Metres, Field(ge=0, le=10)]]
+FromCentre = Annotated[Metres, Field(ge=-1e5, le=1e5)]
+ElementPosition = tuple[FromCentre, FromCentre, FromCentre]
 MIN_ELEMENT_SPACING = 1e-5
 """Smallest distance between elements; closer ones are refused as identical [m]."""
 
@@ -48,9 +50,9 @@ class ElementArray(_Elements):
     """Elements at any positions."""
 
     kind: Literal["elements"] = "elements"
-    positions: Annotated[tuple[tuple[Metres, Metres, Metres], ...], Field(min_length=1, max_length=10_000)]
+    positions: Annotated[tuple[ElementPosition, ...], Field(min_length=1, max_length=10_000)]
     """Position of each element from the array's centre: along boresight, right, down [m]."""
-    orientations: tuple[Radians, ...] | None = None
+    orientations: tuple[Heading, ...] | None = None
     """Angle to the right of boresight that each element faces [rad]; None: all face along boresight."""
 
     @model_validator(mode="after")
@@ -85,7 +87,7 @@ class ArcArray(_Elements):
     arc_angle: Radians = Field(gt=0, le=2 * np.pi)
     """Angle from the first to the last element, about boresight [rad]."""
     elements: int = Field(ge=2, le=10_000)
-    """Number of elements."""
+    """Number of elements [1]."""
 
     @model_validator(mode="after")
     def _check_element_spacing(self) -> Self:

@@ -32,7 +32,7 @@ class ElementErrors(Model):
     position: Annotated[Metres, Field(ge=0, le=1)] = 0.0
     """Root mean square error of the position, along each axis [m]."""
     dead: tuple[Annotated[int, Field(ge=0, lt=10_000)], ...] = ()
-    """Numbers of elements without a signal, from 0."""
+    """Numbers of elements without a signal, from 0 [1]."""
 
 
 @dataclass(frozen=True, slots=True)

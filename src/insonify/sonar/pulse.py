@@ -20,6 +20,9 @@ from insonify.validity import warn_outside
 MODULATIONS: dict[str, Modulation] = {"cw": Tone(), "lfm": LinearSweep()}
 """Modulations by the kind of pulse; one entry registers a kind."""
 KINDS = tuple(MODULATIONS)
+
+MAX_FREQUENCY = 10e6
+"""Highest centre frequency of a pulse [Hz]."""
 MIN_PLAUSIBLE_FREQUENCY = 2000.0
 """Frequency below which a frequency that does not fit its pulse was probably meant in kilohertz [Hz]."""
 
@@ -29,11 +32,11 @@ class Pulse(Model):
 
     kind: Literal[KINDS] = "cw"  # type: ignore[valid-type]
     """Kind: a tone burst of one frequency (cw), or a linear frequency sweep (lfm)."""
-    frequency: Hertz = Field(gt=0, le=10e6)
+    frequency: Hertz = Field(gt=0, le=MAX_FREQUENCY)
     """Centre frequency [Hz]."""
     duration: Seconds = Field(gt=0, le=10)
     """Duration of the transmission [s]."""
-    bandwidth: Hertz = Field(default=0.0, ge=0)
+    bandwidth: Hertz = Field(default=0.0, ge=0, lt=2 * MAX_FREQUENCY)
     """Width of the sweep [Hz]; zero for a tone."""
     sweep: Literal["up", "down"] = "up"
     """Direction of the sweep."""

@@ -31,10 +31,10 @@ class Receiver(Model):
     """Length of track over which pings will be focused [m]; determines the sampling of the seabed; None: not
     focused."""
     sub_bands: Annotated[int, Field(ge=1, le=32)] | Literal["auto"] = "auto"
-    """Number of frequencies across the band at which beams and absorption are evaluated, for pressures; auto: as many
-    as keep the error of reverberation below -30 dB; 1: the band's centre only, in less time. For 24 or more beams that
-    differ in horizontal steering alone, horizontal patterns are evaluated at every frequency, unless this is 1, and
-    auto keeps the error below -40 dB."""
+    """Number of frequencies across the band at which beams and absorption are evaluated [1], for pressures; auto:
+    as many as keep the error of reverberation below -30 dB; 1: the band's centre only, in less time. For 24 or more
+    beams that differ in horizontal steering alone, horizontal patterns are evaluated at every frequency, unless
+    this is 1, and auto keeps the error below -40 dB."""
     matched_filter: bool = False
     """True: the recording is the matched filter's output, with peaks at the echoes' delays."""
     self_noise: SelfNoise | None = None

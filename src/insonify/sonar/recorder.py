@@ -29,11 +29,11 @@ class Looks(Model):
 
     kind: Literal["looks"] = "looks"
     samples: Annotated[int, Field(ge=1, le=100_000)] = 1
-    """Samples in each mean."""
+    """Samples in each mean [1]."""
     step: Annotated[int, Field(ge=1, le=100_000)] | None = None
-    """Samples from one mean to the next; None: as many as are averaged, so that means share no sample."""
+    """Samples from one mean to the next [1]; None: as many as are averaged, so that means share no sample."""
     pings: Annotated[int, Field(ge=1, le=1000)] = 1
-    """Pings in each line; lines share no ping."""
+    """Pings in each line [1]; lines share no ping."""
     of: Average = "intensity"
     """Quantity of which the mean is taken: intensity, whose root is recorded, or amplitude."""
 
@@ -43,7 +43,7 @@ class Decimation(Model):
 
     kind: Literal["decimation"] = "decimation"
     samples: Annotated[int, Field(ge=1, le=10_000_000)]
-    """Number of samples of each line after decimation."""
+    """Number of samples of each line after decimation [1]."""
     keep: Keep = "mean"
     """Mean intensity of each part, its peak, or the sample in its middle."""
 
@@ -72,7 +72,7 @@ class Quantisation(Model):
 
     kind: Literal["quantisation"] = "quantisation"
     bits: Annotated[int, Field(ge=1, le=32)]
-    """Bits of each number: full scale is 2^bits - 1; levels have -2^(bits - 1) to 2^(bits - 1) - 1 steps."""
+    """Bits of each number [1]: full scale is 2^bits - 1; levels have -2^(bits - 1) to 2^(bits - 1) - 1 steps."""
     step_db: Annotated[Decibels, Field(gt=0, le=100)] | None = None
     """Step of levels [dB]; None: counts."""
     signed: bool = True

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from insonify.frames import array_axes, mounting_rotation
-from insonify.model import Decibels, Model, Radians, field_error
+from insonify.model import Decibels, Heading, Model, Radians, field_error
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.element_array import AnyArray, ArcArray, Array, ElementArray
 from insonify.sonar.hull import Hull
@@ -27,7 +27,7 @@ Side = Literal["port", "starboard"]
 class Mounting(Model):
     """Orientation of the arrays on the platform."""
 
-    bearing: Radians = Field(default=STARBOARD, ge=-2 * np.pi, le=2 * np.pi)
+    bearing: Heading = STARBOARD
     """Direction of boresight, clockwise from the bow [rad]."""
     tilt: Radians = Field(default=0.0, ge=-np.pi / 2, le=np.pi / 2)
     """Angle of boresight below the platform's horizontal plane [rad]."""

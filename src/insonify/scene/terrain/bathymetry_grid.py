@@ -50,9 +50,9 @@ class BathymetryGrid(Model):
     origin: tuple[Coordinate, Coordinate] | None = None
     """Northing and easting, in the file's coordinates, of the scene's north 0 and east 0 [m]; or give a latitude."""
     latitude: Latitude | None = None
-    """Latitude of the scene's north 0, east 0, given with a longitude; None: the middle of the surveyed area [rad]."""
+    """Latitude of the scene's north 0, east 0, given with a longitude [rad]; None: the middle of the surveyed area."""
     longitude: Longitude | None = None
-    """Longitude of the scene's north 0, east 0, east positive [rad]."""
+    """Longitude of the scene's north 0, east 0, east positive, given with a latitude [rad]."""
     tide: Annotated[Metres, Field(ge=-20, le=20)] = 0.0
     """Height of the sea above the vertical datum of the file, added to all depths [m]."""
     sha256: Fingerprint = None

@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from insonify.model import Metres, Model, evaluated_once, field_error
 from insonify.scattering.sediments import Sediment, checked_sediment
 from insonify.scene.terrain.octaves import SPLINE_ENERGY, SPLINE_SLOPE_ENERGY, Octaves, spline_spectrum
-from insonify.scene.terrain.roughness_cutoff import RoughnessCutoff
+from insonify.scene.terrain.roughness_cutoff import FINEST, RoughnessCutoff
 from insonify.validity import require_numbers, warn_outside
 
 Floats = NDArray[np.float64]
@@ -38,11 +38,11 @@ class PowerLaw(Model):
     """Spectral exponent gamma of the 2-D spectrum [1]."""
     hurst: Annotated[float, Field(ge=0.05, le=0.95)] | None = None
     """Hurst exponent, gamma / 2 - 1 [1]."""
-    strength: Annotated[float, Field(gt=0)] | None = None
+    strength: Annotated[float, Field(gt=0, le=100)] | None = None
     """Spectral strength w2 [m^(4 - gamma)]."""
-    rms: Annotated[Metres, Field(gt=0)] | None = None
+    rms: Annotated[Metres, Field(gt=0, le=1000)] | None = None
     """Root mean square height of all wavelengths together [m]."""
-    outer_scale: Annotated[Metres, Field(gt=0)] = 20.0
+    outer_scale: Annotated[Metres, Field(ge=FINEST, le=1e9)] = 20.0
     """Wavelength beyond which the terrain does not get rougher, 2 pi / K0 [m]."""
 
     @model_validator(mode="after")

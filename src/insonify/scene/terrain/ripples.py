@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from insonify.model import Metres, Model, Radians
+from insonify.model import Heading, Metres, Model
 from insonify.scene.terrain.octaves import Octaves, unit_octave
 from insonify.scene.terrain.relief import Relief, TerrainSample, broadcast_positions
 from insonify.scene.terrain.roughness_cutoff import RoughnessCutoff
@@ -29,11 +29,11 @@ class Ripples(Model):
     """
 
     kind: Literal["ripples"] = "ripples"
-    wavelength: Annotated[Metres, Field(gt=0)] = 1.0
+    wavelength: Annotated[Metres, Field(gt=0, le=1000)] = 1.0
     """Wavelength, from crest to crest [m]."""
-    height: Annotated[Metres, Field(ge=0)] = 0.05
+    height: Annotated[Metres, Field(ge=0, le=100)] = 0.05
     """Height from trough to crest, root mean square over the field [m]."""
-    direction: Radians = 0.0
+    direction: Heading = 0.0
     """Compass direction across the crests; the opposite direction is equivalent [rad]."""
     sharpness: Annotated[float, Field(ge=0, le=0.25)] = 0.15
     """Ratio of the second harmonic to the first [1]: 0 a sine, 1/4 the flattest single trough."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from insonify.model import Metres, Model, Radians
+from insonify.model import Coordinate, Heading, Metres, Model
 from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.terrain.relief import Relief, TerrainSample, broadcast_positions
 from insonify.validity import warn_outside
@@ -45,13 +45,13 @@ class Scour(ScourDimensions):
     """Scour pit as a component of the relief."""
 
     kind: Literal["scour"] = "scour"
-    position: tuple[Metres, Metres]
+    position: tuple[Coordinate, Coordinate]
     """North and east of the footprint's middle [m]."""
     size: tuple[_Side, _Side]
     """Length of the footprint along its heading, and width across it [m]."""
     corner: Annotated[Metres, Field(ge=0, le=500)] = 0.0
     """Radius of the footprint's corners [m]: half of a side for a round footprint."""
-    heading: Radians = 0.0
+    heading: Heading = 0.0
     """Compass heading of the footprint's length [rad]."""
 
     def build_relief(self, scatterer_grid: ScattererGrid) -> "ScourRelief":

@@ -10,16 +10,27 @@ lies on either side of the period, and far above it falls as the fifth power of 
 Source: sums of waves with random phases, Rice (1944), Bell Syst. Tech. J. 23(3), 282-332.
 """
 
+import itertools
 from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from insonify import random_keys
 from insonify.model import Hertz, Metres, Model, Radians, Seconds, field_error
 
 Floats = NDArray[np.float64]
+
+
+def _not_negative(density: float) -> float:
+    if density < 0:
+        raise field_error("", f"{density:g}", "is negative; no spectrum is. Write 0 or more.")
+    return density
+
+
+MotionFrequency = Annotated[Hertz, Field(ge=0, le=1000)]
+RelativeDensity = Annotated[float, AfterValidator(_not_negative), Field(ge=0, le=1e12)]
 
 WAVES = 96
 """Waves in each degree of freedom [1]: kurtosis 3 - 1.5 / 96, so heights are practically Gaussian."""
@@ -34,7 +45,7 @@ class MotionSpectrum(Model):
     """Median period: half of the energy is at shorter periods [s]; None: a `spectrum` is given."""
     bandwidth: Annotated[float, Field(gt=0, le=1)] = 0.15
     """Width of the bell relative to its frequency: about half of the energy lies within it [1]."""
-    spectrum: tuple[tuple[Hertz, float], ...] | None = None
+    spectrum: tuple[tuple[MotionFrequency, RelativeDensity], ...] | None = None
     """Rows of frequency [Hz] and relative spectral density [1], linear between the rows, 0 outside."""
 
     @model_validator(mode="after")
@@ -49,12 +60,10 @@ class MotionSpectrum(Model):
             raise field_error(
                 "spectrum", None, f"{len(rows)} rows are no spectrum. Give at least two of [frequency, density]."
             )
-        for row, (frequency, density) in enumerate(rows):
-            if frequency < 0 or (row and frequency <= rows[row - 1][0]):
-                raise field_error(f"spectrum.{row}.0", f"{frequency:g} Hz", "is not above the row before, or below 0 "
-                              "Hz. Sort the rows by frequency.")  # fmt: skip
-            if density < 0:
-                raise field_error(f"spectrum.{row}.1", f"{density:g}", "is negative; no spectrum is. Write 0 or more.")
+        for row, ((before, _), (frequency, _)) in enumerate(itertools.pairwise(rows), start=1):
+            if frequency <= before:
+                raise field_error(f"spectrum.{row}.0", f"{frequency:g} Hz", "is not above the row before. Sort the "
+                              "rows by frequency.")  # fmt: skip
         if not any(density for _, density in rows):
             raise field_error("spectrum", None, "every density is 0: there is no motion. Leave it out instead.")
         return self

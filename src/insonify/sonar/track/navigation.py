@@ -31,11 +31,11 @@ class NavigationTrack(PingSchedule):
     sha256: str = ""
     """SHA-256 digest of the file, filled in when it is read, so that a recording identifies its navigation log."""
     origin: tuple[Annotated[float, Field(ge=-90, le=90)], Annotated[float, Field(ge=-360, le=360)]] | None = None
-    """Latitude and longitude of north 0, east 0 [deg]; None: the first row. Only for logs in degrees."""
+    """Latitude [deg] and longitude [deg] of north 0, east 0; None: the first row. Only for logs in degrees."""
     start: Seconds = Field(default=0.0, ge=0, le=1e9)
     """Time of the first ping after the log's first row [s]."""
     pings: PingCount | None = None
-    """Number of pings; None: as many as fit before the log ends."""
+    """Number of pings [1]; None: as many as fit before the log ends."""
     longest_gap: Annotated[Seconds, Field(gt=0, le=1e9)] | None = None
     """Longest pause between rows over which poses are interpolated [s]; None: ten median steps of the log, at least
     1 s."""

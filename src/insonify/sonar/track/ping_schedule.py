@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, model_validator
 
 from insonify.caller_warning import warn_caller
-from insonify.model import Metres, Model, Radians, Seconds, field_error
+from insonify.model import Coordinate, Heading, Model, Radians, Seconds, field_error
 from insonify.sonar.track.motion import Motion
 from insonify.sonar.track.navigation_errors import NavigationErrors
 from insonify.validity import PhysicsWarning
@@ -17,7 +17,6 @@ MAX_WINDOW = 100.0
 """Latest stop of a recording [s]."""
 MAX_PINGS = 500_000
 """Largest number of pings of a track [1]."""
-Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
 Position = tuple[Coordinate, Coordinate, Coordinate]
 Floats = NDArray[np.float64]
 
@@ -28,6 +27,16 @@ def _not_empty(pings: int | None) -> int | None:
     return pings
 
 
+def _within_longest_window(time: float) -> float:
+    if time < 0:
+        raise field_error("", f"{time:g} s", "is before the transmission. Give 0 s or later.")
+    if time > MAX_WINDOW:
+        raise field_error("", f"{time:g} s", f"is too late; {MAX_WINDOW:g} s, 75 km of range, is the latest stop. "
+                          f"Did you mean {time:g} ms?")  # fmt: skip
+    return time
+
+
+WindowTime = Annotated[Seconds, AfterValidator(_within_longest_window), Field(ge=0, le=MAX_WINDOW)]
 PingCount = Annotated[int, AfterValidator(_not_empty), Field(ge=1, le=MAX_PINGS)]
 
 
@@ -36,7 +45,7 @@ class PingSchedule(Model):
 
     interval: Seconds = Field(default=0.3, gt=0, le=1e6)
     """Time from one ping to the next [s]."""
-    window: tuple[Seconds, Seconds] = (0.0, 0.24)
+    window: tuple[WindowTime, WindowTime] = (0.0, 0.24)
     """Start and stop of the recording after each transmission [s]."""
     motion: Motion = Motion()
     """Random motion of the platform's true position and attitude about the path."""
@@ -54,14 +63,6 @@ class PingSchedule(Model):
     @model_validator(mode="after")
     def _check_window(self) -> Self:
         start, stop = self.window
-        if start < 0:
-            raise field_error("window.0", f"{start:g} s", "is before the transmission. Give 0 s or later.")
-        if stop > MAX_WINDOW:
-            raise field_error(
-                "window.1",
-                f"{stop:g} s",
-                f"is too late; {MAX_WINDOW:g} s, 75 km of range, is the latest stop. Did you mean {stop:g} ms?",
-            )
         if stop <= start:
             raise field_error(
                 "window.1", f"{stop:g} s", f"is not after the window's start, {start:g} s. Give a later stop."
@@ -83,7 +84,7 @@ class PingSchedule(Model):
 class FixedHeading(Model):
     """Heading of a platform that does not turn."""
 
-    heading: Radians = Field(default=0.0, ge=-2 * np.pi, le=2 * np.pi)
+    heading: Heading = 0.0
     """Compass heading, clockwise from north [rad]."""
 
 

@@ -17,7 +17,7 @@ class StaticTrack(PingSchedule, FixedTilt, FixedHeading):
     position: Position
     """Position of the platform's reference point: north, east, depth [m]."""
     pings: PingCount = 1
-    """Number of pings."""
+    """Number of pings [1]."""
 
     @property
     def ping_count(self) -> int:
@@ -40,7 +40,7 @@ class LineTrack(PingSchedule, FixedTilt, FixedHeading):
     speed: MetresPerSecond = Field(ge=0, le=100)
     """Speed along the heading [m/s]."""
     pings: PingCount = 1
-    """Number of pings."""
+    """Number of pings [1]."""
 
     @property
     def ping_count(self) -> int:

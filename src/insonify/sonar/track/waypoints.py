@@ -34,7 +34,7 @@ class WaypointTrack(PingSchedule, FixedTilt):
     turn_radius: Annotated[Metres, Field(ge=0, le=1e6)] = 0.0
     """Radius of the arcs that cut the corners [m]; 0: the platform turns on the spot, at the waypoint."""
     pings: PingCount | None = None
-    """Number of pings; None: as many as fit between first and last waypoint."""
+    """Number of pings [1]; None: as many as fit between first and last waypoint."""
 
     @model_validator(mode="after")
     def _check_track(self) -> Self:
