@@ -2,37 +2,32 @@
 
 It is made of the models: types, limits and defaults as pydantic reports them, descriptions from the docstrings of the
 fields. Quantities are numbers in SI or strings with a unit. Shorthands that the models complete (one relief instead of
-a list, a law without its name) are accepted too, so the schema refuses nothing that `insonify check` accepts.
+a list, a law without its name) are accepted too, so the schema refuses nothing that `insonify check` accepts, but for
+numbers without a unit in quotes.
 """
 
-import ast
-import inspect
-import itertools
-import textwrap
-from typing import Any
+import dataclasses
+from collections.abc import Iterator
+from typing import Any, get_args, get_type_hints
 
-from pydantic import BaseModel, BeforeValidator
+from pydantic import BaseModel
 
+from insonify.ocean.profile_file import QUANTITIES
+from insonify.scenario.key_explanation import NAMES, KeyExplanation, field_descriptions, key_explanation, type_meaning
 from insonify.scenario.scenario import Scenario
 from insonify.scene.shape_library import PRESETS
 from insonify.units import UNITS
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-NAMES = {
-    "kind": "Kind of this group of keys.",
-    "label": "Name of the object in labels and arrivals.",
-    "law": "Name of the scattering law.",
-    "receive": "Receiving array.",
-    "shape": "Shape of the target.",
-    "targets": "Targets: solids, meshes, things of the library and points.",
-    "track": "Track of the platform, with the times of its pings.",
-    "transmit": "Transmitting array.",
-}
-"""Descriptions of keys that name an alternative or an object, the same in every model."""
-OTHER_FORM = {"type": ["array", "object", "string", "null"]}
-"""Schema of a value in a shorthand that its model completes."""
+SCENARIO = "Scenario"
+"""Name of the model of the whole file."""
 _LIMITS = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}
 _NUMBER = r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?"
+_COLUMNS = {
+    "temperature": "Temperature at the knots [degC]: with the salinity, instead of the speed; left out beside a speed.",
+    "salinity": "Salinity at the knots [g/kg]: with the temperature, instead of the speed; left out beside a speed.",
+}
+"""Descriptions of columns of a profile from which speeds are computed, so that no field has them."""
 
 
 def json_schema() -> dict[str, Any]:
@@ -42,59 +37,88 @@ def json_schema() -> dict[str, Any]:
         >>> json_schema()["$defs"]["Seabed"]["properties"]["depth"]["description"]  # doctest: +ELLIPSIS
         'Depth of ... [m], 0.1 to 12000 m; default 20 m.'
     """
-    schema = Scenario.model_json_schema()
-    models = {model.__name__: model for model in _models(Scenario)}
-    for name, part in {**schema["$defs"], "Scenario": schema}.items():
-        descriptions = field_descriptions(models[name]) if name in models else {}
-        for key, item in part.get("properties", {}).items():
-            item.pop("title", None)
-            text = descriptions.get(key, "") or NAMES.get(key, "") or _type_description(item, schema["$defs"])
-            item["description"] = _with_range(text, item)
-            if name in models and _has_shorthand(models[name], key) and not _unit(item):
-                part["properties"][key] = {"description": item.pop("description"), "anyOf": [item, OTHER_FORM]}
-    profile, library = schema["$defs"]["ScenarioProfile"], schema["$defs"]["LibraryTarget"]
-    schema["$defs"]["ScenarioProfile"] = {"anyOf": [profile, {"type": ["array", "string"]}]}
-    library["properties"]["shape"] |= {"enum": ["library", *PRESETS]}  # the name of a preset may stand for both keys
-    library["properties"]["shape"].pop("const")
-    library["required"].remove("name")
+    schema = plain_schema()
+    definitions = schema["$defs"]
+    for name, keys in explanations(schema).items():
+        for key, explanation in keys.items():
+            (schema if name == SCENARIO else definitions[name])["properties"][key]["description"] = explanation.text
+    definitions["ScenarioProfile"] = _profile_forms(definitions["ScenarioProfile"])
+    library = definitions["LibraryTarget"]
+    library["required"] = ["shape", *(key for key in library["required"] if key != "name")]
+    library["properties"]["shape"] = {"description": library["properties"]["shape"]["description"]}
+    library["anyOf"] = [  # the name of a preset may stand for both keys
+        {"properties": {"shape": {"const": "library"}}, "required": ["name"]},
+        {"properties": {"shape": {"enum": list(PRESETS)}, "name": False}},
+    ]
     return {"$schema": DIALECT, **_completed(schema)}
 
 
-def field_descriptions(model: type[BaseModel]) -> dict[str, str]:
-    """First paragraph of the docstring under each field of a model and of its base classes.
-
-    Args:
-        model: The model; its source is read.
-    """
-    descriptions: dict[str, str] = {}
-    for base in reversed(model.__mro__):
-        if not (issubclass(base, BaseModel) and base.__module__.startswith("insonify.")):
-            continue
-        (tree,) = ast.parse(textwrap.dedent(inspect.getsource(base))).body
-        body = tree.body if isinstance(tree, ast.ClassDef) else []
-        for field, below in itertools.pairwise(body):
-            if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(below, ast.Expr):
-                text = ast.literal_eval(below.value) if isinstance(below.value, ast.Constant) else ""
-                descriptions[field.target.id] = " ".join(str(text).split("\n\n")[0].split())
-    return descriptions
+def plain_schema() -> dict[str, Any]:
+    """Pydantic's schema, with limits by their names in JSON schema and the columns of a profile that no field has."""
+    schema = _named_limits(Scenario.model_json_schema())
+    columns = schema["$defs"]["ScenarioProfile"]["properties"]
+    for name in _COLUMNS:
+        units, low, high = QUANTITIES[name]
+        number = {"type": "number", "units": next(iter(units)), "minimum": low, "maximum": high}
+        columns[name] = {"type": "array", "items": number}
+    return schema
 
 
-def _models(model: type[BaseModel]) -> set[type[BaseModel]]:
-    """A model and all models that its fields may hold."""
-    from insonify.model import Model
+def explanations(schema: dict[str, Any]) -> dict[str, dict[str, KeyExplanation]]:
+    """Explanation of each key of a plain schema, by the names of model and key."""
+    definitions = schema["$defs"]
+    models = {model.__name__: model for model in _models(Scenario)}
+    explained = {}
+    for name, part in {SCENARIO: schema, **definitions}.items():
+        meanings = NAMES | _COLUMNS | field_descriptions(models[name])
+        explained[name] = {
+            key: key_explanation(meanings.get(key) or type_meaning(item, definitions), item, definitions)
+            for key, item in part["properties"].items()
+        }
+    return explained
 
-    models, stack = {model}, list(Model.__subclasses__())
-    while stack:
-        below = stack.pop()
-        models.add(below)
-        stack += below.__subclasses__()
-    return models
+
+def _models(kind: Any, found: set[type] | None = None) -> set[type]:
+    """A model or dataclass, and all that its fields may hold."""
+    found = set() if found is None else found
+    if isinstance(kind, type) and kind not in found and (issubclass(kind, BaseModel) or dataclasses.is_dataclass(kind)):
+        found.add(kind)
+        for below in _field_types(kind):
+            _models(below, found)
+    for below in get_args(kind):
+        _models(below, found)
+    return found
 
 
-def _has_shorthand(model: type[BaseModel], key: str) -> bool:
-    """Return True if a field of a model completes a shorthand before it is validated."""
-    notes = model.model_fields[key].metadata if key in model.model_fields else []
-    return any(isinstance(note, BeforeValidator) for note in notes)
+def _field_types(kind: type) -> Iterator[Any]:
+    """Types of the fields of a model or dataclass, those of shorthands included."""
+    if not issubclass(kind, BaseModel):
+        yield from get_type_hints(kind).values()
+        return
+    for field in kind.model_fields.values():
+        yield field.annotation
+        yield from (getattr(note, "json_schema_input_type", None) for note in field.metadata)
+
+
+def _named_limits(item: Any) -> Any:
+    """A schema with the names that JSON schema has for limits, where pydantic writes its own."""
+    if isinstance(item, list):
+        return [_named_limits(part) for part in item]
+    if not isinstance(item, dict):
+        return item
+    is_number = item.get("type") in ("number", "integer")
+    return {_LIMITS.get(key, key) if is_number else key: _named_limits(value) for key, value in item.items()}
+
+
+def _profile_forms(profile: dict[str, Any]) -> dict[str, Any]:
+    """A sound-speed profile as columns, rows, or the name of a table."""
+    keys = profile["properties"]
+    row = {"type": "array", "prefixItems": [keys[name]["items"] for name in ("depth", "speed")],
+           "minItems": 2, "maxItems": 2}  # fmt: skip
+    complete = [["depth", "speed"], ["depth", "temperature", "salinity"], ["file"]]
+    columns = profile | {"anyOf": [{"required": names} for names in complete]}
+    del columns["required"]
+    return {"anyOf": [columns, {"type": "array", "items": row, "minItems": 2}, {"type": "string", "minLength": 1}]}
 
 
 def _is_title(key: str, value: Any) -> bool:
@@ -102,72 +126,35 @@ def _is_title(key: str, value: Any) -> bool:
     return key == "title" and isinstance(value, str)
 
 
-def _type_description(item: dict[str, Any], definitions: dict[str, Any]) -> str:
-    """Description of the group of keys that a key holds; of several alternatives, of none."""
-    parts = [part["$ref"].rsplit("/", 1)[1] for part in (item, *item.get("anyOf", ())) if "$ref" in part]
-    return str(definitions[parts[0]].get("description", "")).split("\n\n")[0] if len(parts) == 1 else ""
-
-
-def _unit(item: dict[str, Any]) -> str:
-    """Unit of a quantity after a space; empty for anything else."""
-    return next((f" {part['units']}" for part in (item, *item.get("anyOf", ())) if part.get("units")), "")
-
-
-def _with_range(text: str, item: dict[str, Any]) -> str:
-    """A description with limits and default, in the unit of the key."""
-    parts: list[dict[str, Any]] = [item, *item.get("anyOf", ())]
-    number = next((part for part in parts if part.get("type") in ("number", "integer")), {})
-    unit = _unit(item)
-    low, high = number.get("ge", number.get("minimum")), number.get("le", number.get("maximum"))
-    above, below = (number.get(a, number.get(b)) for a, b in (("gt", "exclusiveMinimum"), ("lt", "exclusiveMaximum")))
-    text = " ".join(text.split()).rstrip(".")
-    if low is not None and high is not None:
-        text += f", {low:g} to {high:g}{unit}"
-    else:
-        bounds = ((low, "at least"), (above, "above"), (high, "at most"), (below, "below"))
-        text += "".join(f", {words} {bound:g}{unit}" for bound, words in bounds if bound is not None)
-    default = item.get("default")
-    if isinstance(default, str | int | float) and default != "":
-        shown = str(default).lower() if isinstance(default, bool) else f"{default:g}" if unit else str(default)
-        text += f"; default {shown}{unit}"
-    return f"{text}."
-
-
 def _completed(item: Any) -> Any:
-    """The schema with strings beside quantities, lists beside single values, and open alternatives."""
+    """The schema with strings beside quantities, and with open alternatives that are selected by one key."""
     if isinstance(item, list):
         return [_completed(part) for part in item]
     if not isinstance(item, dict):
         return item
     done = {
-        key: _completed(value) for key, value in item.items() if key != "discriminator" and not _is_title(key, value)
+        key: _completed(value)
+        for key, value in item.items()
+        if key not in ("discriminator", "fix", "words") and not _is_title(key, value)
     }
     if "oneOf" in done:
         done["anyOf"] = done.pop("oneOf")
-    if done.get("type") == "number":
-        return _quantity(done)
-    if done.get("type") == "array":
-        return _shorthand(done)
-    return done
+        if "discriminator" in item:
+            done["required"] = [item["discriminator"]["propertyName"]]
+    return _quantity(done) if done.get("type") == "number" else done
 
 
-def _quantity(item: dict[str, Any]) -> dict[str, Any]:
-    """A number in SI, or a string of a number and a unit of its dimension."""
-    unit = item.pop("units", "")
-    number: dict[str, Any] = {"type": "number"} | {
-        _LIMITS.get(key, key): item.pop(key) for key in (*_LIMITS, *_LIMITS.values()) if key in item
-    }
-    units = next((list(known) for known in UNITS.values() if unit in known), [unit] if unit else [])
-    if not unit:
-        return {**item, **number}
-    spelt = "|".join(name.replace("/", r"\/") for name in units)
-    text = {"type": "string", "pattern": rf"^\s*{_NUMBER}\s*({spelt}|dB.*)?\s*$"}
-    return {**{key: value for key, value in item.items() if key != "type"}, "anyOf": [number, text]}
-
-
-def _shorthand(item: dict[str, Any]) -> dict[str, Any]:
-    """A list, or what the models complete to one: a single item, a range of angles, a file."""
-    lists = {key: item[key] for key in item if key not in ("description", "default", "minItems")}
-    rest: dict[str, Any] = {key: item[key] for key in ("description", "default") if key in item}
-    single = [lists["items"]] if "items" in lists else []
-    return {**rest, "anyOf": [lists, *single, {"type": ["object", "string", "null"]}]}
+def _quantity(number: dict[str, Any]) -> dict[str, Any]:
+    """A number in SI, or a string of a number and a unit of its dimension where the model reads one."""
+    unit = number.pop("units", "")
+    units = next((list(known) for known in UNITS.values() if unit in known), [])
+    written = f"({'|'.join(units)})?".replace("/", r"\/") if units else ""
+    if unit == "dB/m":
+        written = r"(dB)?\s*\/\s*k?m"
+    elif unit.startswith("dB"):
+        written = r"(dB([\s\/].*)?)?"
+    if not written:
+        return number
+    notes: dict[str, Any] = {key: number.pop(key) for key in ("description", "default") if key in number}
+    text = {"type": "string", "pattern": rf"^\s*{_NUMBER}\s*{written}\s*$"}
+    return {**notes, "anyOf": [number, text]}
