@@ -109,18 +109,28 @@ def _title(path: Path) -> str:
 
 def schema(
     out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="PATH", help="File to write; the name that new scenarios refer to.")
+        Path,
+        typer.Option("-o", "--out", metavar="PATH", help="File to write; by default the one that new scenarios name."),
     ] = Path(SCHEMA_FILE),
 ) -> None:
     """Write the JSON schema of scenario files: editors then complete and explain every key.
 
+    To a file .md: a page with unit, range, default and description of every key, as docs/reference/scenario.md.
+
     Example: insonify schema
+
+    Example: insonify schema -o keys.md
     """
     import json
 
-    from insonify.scenario.schema import json_schema
+    if out.suffix == ".md":
+        from insonify.scenario.reference import scenario_reference
 
-    text = json.dumps(json_schema(), indent=1) + "\n"
+        text = scenario_reference()
+    else:
+        from insonify.scenario.schema import json_schema
+
+        text = json.dumps(json_schema(), indent=1) + "\n"
     try:
         out.write_text(text, encoding="utf-8")
     except OSError as error:
