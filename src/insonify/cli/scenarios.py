@@ -41,6 +41,7 @@ def new(
     except OSError as error:
         raise InputError(f"{target} cannot be written: {error.strerror}") from None
     typer.echo(target)
+    _hint_at_schema(target)
 
 
 def scenario_from(
@@ -98,6 +99,17 @@ def scenario_from(
             typer.echo(path)
     except OSError as error:
         raise InputError(f"{out} cannot be written: {error.strerror}") from None
+    _hint_at_schema(out)
+
+
+def _hint_at_schema(scenario: Path) -> None:
+    """Print the command that writes the schema which a new scenario names, unless the schema is there."""
+    import shlex
+
+    beside = scenario.with_name(SCHEMA_FILE)
+    if not beside.exists():
+        option = "" if beside == Path(SCHEMA_FILE) else f" -o {shlex.quote(str(beside))}"
+        typer.echo(f"for completion and explanations of its keys in an editor: insonify schema{option}", err=True)
 
 
 def _title(path: Path) -> str:
