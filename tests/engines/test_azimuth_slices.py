@@ -13,7 +13,7 @@ from oracles.ridges import Corduroy, bed_of, seen_from
 
 
 def occlusion_of(finest, *, farthest=200.0, received=None, bed=None):
-    """TerrainOcclusion of flat ground for beams of which a third is so wide."""
+    """Terrain occlusion by a flat seabed for beams of which a third is so wide."""
     return TerrainOcclusion(
         bed or bed_of(), np.array([0.0, 0.0, 11.0]), StraightLaunchAngles(11.0, 20.0), farthest=farthest,
         wavelength=0.015,

@@ -150,7 +150,7 @@ def test_the_bits_depend_neither_on_threads_nor_on_the_pings_before() -> None:
 
 
 def test_a_scene_turned_as_a_whole_sounds_the_same() -> None:
-    """ScattererGrid, track and all by 40 degrees: the same to a millionth."""
+    """Scatterer grid, track and all by 40 degrees: the same to a millionth."""
     turned = {**SIDESCAN["seabed"], "scatterer_grid": {"heading": np.radians(40)}}
     track = {**SIDESCAN["track"], "heading": np.radians(40)}
     here, there = quickly(build_simulator(made(2))), quickly(build_simulator(made(2, seabed=turned, track=track)))

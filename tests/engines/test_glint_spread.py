@@ -66,7 +66,7 @@ def test_a_calm_has_neither_glints_nor_spread():
 def test_spread_gain_tables_are_fourth_means_over_directions(spread):
     """Envelope of a 0.6 m array at 100 kHz, at 40 positions: the integral over both halves of the slopes, within 20 %.
 
-    RaySpreads between those tabulated, an octave apart, are interpolated.
+    Spreads between those tabulated, an octave apart, are interpolated.
     """
     own = beams(PlanarArray(width=0.6, height=0.05, element="piston", columns=64, rows=1), FREQUENCY, 1500.0)
     bound, per = own.majorants[0], own.per_unit[0]

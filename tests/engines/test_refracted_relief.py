@@ -68,7 +68,7 @@ def fractal():
 
 
 def seen_from(bed, profile, farthest=170.0):
-    """TerrainOcclusion of refracted rays at 100 kHz, and the water down to the deepest ground."""
+    """Terrain occlusion of refracted rays at 100 kHz, and the water down to the deepest ground."""
     water = sound_speed_layers(profile, max(bed.span[1], DEPTH), plane=DEPTH)
     launches = RefractedLaunchAngles(water, SONAR, farthest, bed.span)
     here = np.array([0.0, 0.0, SONAR])

@@ -60,7 +60,7 @@ def test_more_points_do_not_change_the_mean():
 
 
 def test_relief_moved_with_its_world_gives_the_same_echoes():
-    """ScattererGrid, ship and relief 1 km away and turned by 1 rad: pressure within 1e-3 of the same draw."""
+    """Scatterer grid, ship and relief 1 km away and turned by 1 rad: pressure within 1e-3 of the same draw."""
     lattice = {"origin": (800.0, -600.0), "heading": 1.0}
     still = received(seabed={"relief": FRACTAL}, track=FAR)[1]
     place = {"position": (800.0, -600.0, 11.0), "heading": 1.0}

@@ -77,7 +77,7 @@ def test_bounds_agree(array):
 
 
 def test_cones_cells_and_keep_probabilities_agree():
-    """DepartureCones of straight rays, sizes of cells and keep probabilities of scatterers, to rounding."""
+    """Departure cones of straight rays, sizes of cells and keep probabilities of scatterers, to rounding."""
     rng = np.random.default_rng(5)
     place, centre, radius = rng.uniform(-9, 9, 3), rng.uniform(-50, 50, (500, 2)), rng.exponential(5.0, 500)
     angles = DepartureAngles(np.array([3.0, -7.5]), 0.3, 1.0, *np.empty((2, 2, 0, 0)))

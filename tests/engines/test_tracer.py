@@ -129,7 +129,7 @@ def test_jitter_takes_the_same_from_both():
 
 
 def test_a_scene_moved_as_a_whole_sounds_the_same():
-    """ScattererGrid, ship, relief and box 1 km away and turned by 1 rad: the same rays hit the same, within 1e-3."""
+    """Scatterer grid, ship, relief and box 1 km away and turned by 1 rad: the same rays hit the same, within 1e-3."""
     bed, box = {"relief": FRACTAL, "seed": 3}, {**BOX, "position": (0.0, 75.5)}
     still = simulate(scene("tracer", rays=5000, seabed=bed, targets=[box]), threads=2).intensity.values
     c, s = np.cos(1.0), np.sin(1.0)

@@ -140,7 +140,7 @@ def test_long_waves_in_shallow_water_all_run_alike():
 
 
 def test_energy_in_deep_water_runs_at_half_the_speed_of_crests():
-    """ProfileGroup speed over phase speed: 1/2 for gravity waves, 3/2 where surface tension rules."""
+    """Group speed over phase speed: 1/2 for gravity waves, 3/2 where surface tension rules."""
     for k, ratio, tolerance in ((0.1, 0.5, 1e-3), (2e4, 1.5, 1e-3)):
         step = k * 1e-4
         group = (angular_frequency(k + step) - angular_frequency(k - step)) / (2 * step)

@@ -30,13 +30,13 @@ class JitteredPoints(NamedTuple):
     level: Integers
     """Level of the cell."""
     row: Integers
-    """Number of the cell along the lattice's first axis."""
+    """Number of the cell along the grid's first axis."""
     column: Integers
-    """Number of the cell along its second axis."""
+    """Number of the cell along the grid's second axis."""
     along: Floats
-    """ScattererGrid coordinate of the scatterer [m]."""
+    """Coordinate of the scatterer along the grid's first axis [m]."""
     across: Floats
-    """Likewise [m]."""
+    """Coordinate of the scatterer along the grid's second axis [m]."""
     turn: Floats
     """Phase of the place, in turns."""
     priority: Floats

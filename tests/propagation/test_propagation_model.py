@@ -159,7 +159,7 @@ def test_no_ray_leaves_outside_the_cone_that_was_promised(name):
 @pytest.mark.parametrize("rise", [0.5, 3.0])
 @pytest.mark.parametrize("name", ["still", "thermocline", "channel"])
 def test_ground_that_may_rise_widens_every_promise(name, rise):
-    """ReachableRange grows both ways, and cones still hold the rays to ground that stands higher."""
+    """The reachable range grows at both ends, and cones still hold the rays to ground that stands higher."""
     bent = rays(name)
     arguments = ((11.0, 11.0), DEPTH, ("D", "S"), (0.03, 0.09), 0.0)
     flat, raised = bent.reachable_range(*arguments), bent.reachable_range(*arguments, relief_height=rise)

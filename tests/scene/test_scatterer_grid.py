@@ -93,7 +93,7 @@ def test_every_cell_comes_first_as_often_as_any_other():
 
 @given(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.floats(-6.28, 6.28))
 def test_to_the_scene_and_back_is_where_it_was(north, east, heading):
-    """ScattererGrid to world and world to lattice undo one another; distances stay."""
+    """Grid to world and world to grid undo one another; distances stay."""
     lattice = ScattererGrid(origin=(north, east), heading=heading)
     along, across = np.array([0.0, 30.0, -4.0]), np.array([10.0, -3.0, 500.0])
     world = lattice.to_world(along, across)

@@ -199,7 +199,7 @@ def test_neighbouring_seeds_and_layers_are_different_grounds():
 
 
 def test_a_scene_moved_as_a_whole_keeps_its_ground():
-    """ScattererGrid, ripples and points turned and shifted together: the same heights, slopes turned."""
+    """Scatterer grid, ripples and points turned and shifted together: the same heights, slopes turned."""
     turn, shift = 0.9, np.array([40.0, -70.0])
     c, s = np.cos(turn), np.sin(turn)
     rotation = np.array([[c, -s], [s, c]])

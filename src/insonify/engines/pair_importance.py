@@ -334,7 +334,7 @@ def _elevation_spreads(
 ) -> Floats:
     """Standard deviation of the elevation at which legs leave, by what glints of them there are [rad], (f, n).
 
-    RaySpreads in bearing are left out: what one bearing loses by them, others get.
+    Spreads in bearing are left out: what one bearing loses by them, others gain.
 
     Args:
         sea: The moving surface; None: it is still.

@@ -46,7 +46,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 CUBES_PER_BLOCK = 64
-"""WaterBlocks that are drawn together."""
+"""Blocks of water that are drawn together."""
 MAX_CUBES = 1_600_000
 """Largest number of blocks of one ping, 64 points each."""
 COUNTED = 20_000

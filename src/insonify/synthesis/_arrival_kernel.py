@@ -242,7 +242,7 @@ def deposit_pair(
         rows: Rows of the transmit leg, the receive leg and the gain.
         count: Number of scatterers with an echo.
         buffer: Their indices and strengths, and work arrays.
-        legs: BlockLegs of both ends.
+        legs: Legs of both ends.
         receive_beams: Receive points and their channels.
         reception: Time grid, carrier and water.
     """

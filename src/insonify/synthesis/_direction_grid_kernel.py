@@ -148,7 +148,7 @@ def deposit_pair_by_direction(
         leg_rows: Rows of the transmit leg, the receive leg and the gain, which is common to all beams.
         count: Number of scatterers with an echo.
         buffer: Their indices and strengths, and work arrays.
-        legs: BlockLegs of both ends.
+        legs: Legs of both ends.
         receive_beams: The one receive point.
         reception: Time grid, carrier and water.
         directions: The grid, and the directions of the legs.

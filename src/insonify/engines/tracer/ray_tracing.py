@@ -43,7 +43,7 @@ def trace_hits(ping: TracedPing, rays: RayBundle) -> Iterator[RayHits]:
     """Hits of some rays, interface by interface.
 
     Yields:
-        RayHits, chain by chain, including those of chains that are not followed further.
+        Hits, chain by chain, including those of chains that are not followed further.
     """
     pending = [rays]
     while pending:

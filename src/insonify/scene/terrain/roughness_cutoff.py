@@ -39,7 +39,7 @@ class RoughnessCutoff(Model):
             sound_speed: Sound speed in the water [m/s].
 
         Returns:
-            RoughnessCutoff at 2 pi / K, K = (2 pi w2 k^2 / alpha)^(1 / (2 alpha)), limited to 5 mm to 1 km.
+            Cutoff wavelength 2 pi / K, K = (2 pi w2 k^2 / alpha)^(1 / (2 alpha)), limited to 5 mm to 1 km.
 
         Source: APL-UW TR 9407 (1994), rms slope of the large scales, within eqs. 41-52; K is where the slope of
         the spectrum below it is that rms slope.
