@@ -111,13 +111,13 @@ def element_by_element() -> list[Result]:
         for shapes in (1, 8)
     }
 
-    def kernel(speed: float, bent: bool, shapes: int) -> None:
+    def kernel(speed: float, refracted: bool, shapes: int) -> None:
         made = WaveformBasis(-4e-3 * np.cos((np.arange(shapes) + 0.5) * np.pi / shapes), (-4e-3, 4e-3))
         velocity = np.tile([speed, 0.0, 0.0], (elements, 1))
         receive_beams = ReceiveBeams(positions, velocity, still, channels, 0 * number, 0 * number)
         nodes = aperture_nodes(positions, velocity, still, float(radius.min()), WINDOW, 1500 / CARRIER)
         legs = PairedLegs(np.zeros((1, 3), np.int64), sent, receive_legs, ones)
-        water = ArrayWater(1 / 1500, 0.0, 0.0, bent, 1e-4 * (speed > 0))
+        water = ArrayWater(1 / 1500, 0.0, 0.0, refracted, 1e-4 * (speed > 0))
         reception = Reception(*GRID_ARGUMENTS, CARRIER, made.weight_table, water)
         deposit_on_elements(cells_of[shapes], legs, receive_beams, nodes, NO_SECTOR, reception)
 
@@ -125,7 +125,7 @@ def element_by_element() -> list[Result]:
         "deposit_on_elements, at rest": lambda: kernel(0.0, False, 1),
         "deposit_on_elements, moving, 1 shape": lambda: kernel(3.0, False, 1),
         "deposit_on_elements, moving, 8 shapes": lambda: kernel(3.0, False, 8),
-        "deposit_on_elements, bent rays, moving, 1 shape": lambda: kernel(3.0, True, 1),
+        "deposit_on_elements, refracted rays, moving, 1 shape": lambda: kernel(3.0, True, 1),
     }
     return [Result(name, count * elements / best / 1e6, UNIT) for name, best in best_seconds(kernels).items()]
 

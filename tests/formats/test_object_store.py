@@ -241,7 +241,7 @@ def test_messages_are_advice(monkeypatch: pytest.MonkeyPatch) -> None:
         assert main(["status", url]) == 2 and spooled() == []
     with monkeypatch.context() as patch:
         patch.setitem(sys.modules, "fsspec", None)
-        with pytest.raises(StoreError, match=r"not installed.*Install pip install .*s3fs for s3://"):
+        with pytest.raises(StoreError, match=r"not installed.*Install it: pip install .*s3fs for s3://"):
             write_part("s3://bucket/a.zarr")
     with monkeypatch.context() as patch:
         patch.setenv("INSONIFY_SPOOL", "/proc/spool")

@@ -115,8 +115,8 @@ class ObjectStore:
             self.files, self.root = fsspec.url_to_fs(self.url, **options)
         except ImportError as error:
             raise StoreError(
-                f"{self.url} needs a package that is not installed ({error}). Install {install_advice('remote')}, and "
-                "that of the store: s3fs for s3://, gcsfs for gs://, adlfs for az://"
+                f"{self.url} needs a package that is not installed ({error}). Install it: {install_advice('remote')}, "
+                "and that of the store: s3fs for s3://, gcsfs for gs://, adlfs for az://"
             ) from None
         except Exception as error:  # of the package of any store
             raise StoreError(f"{self.url} is no URL of a store: {_reason(error)}. Such as s3://bucket/a.zarr") from None
