@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE  # pytest would rewrite the assertions of 500 f
 
 .PHONY: help setup demo test check format-check lint types contract shape words fast bench validate format clean clean-venv
 
-help:  ## say what can be made
+help:  ## list what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: $(READY)  ## create the virtual environment and install everything at its pinned version

@@ -60,7 +60,7 @@ def images(figure: Figure) -> None:
 
 
 def curves(figure: Figure) -> None:
-    """The beam on the middle box: one ping, and what each cause contributes on average."""
+    """The beam on the middle box: one ping, and the mean level of each contribution."""
     axes = figure.subplots()
     beam = int(np.argmin(np.abs(STEERS - np.radians(0.9))))
     whole = scene([float(STEERS[beam])])
@@ -68,10 +68,14 @@ def curves(figure: Figure) -> None:
     time = ping["time"].values * 1e3
     expected = levels(whole)["level_db"].sel(pair="all")
     axes.plot(time, 20 * np.log10(np.abs(ping["pressure"].values[0, 0])), color=PALE, linewidth=0.7, label="one ping")
-    for cause, colour in CONTRIBUTION_COLOURS.items():
-        level = expected.sel(contribution=cause).values
+    for contribution, colour in CONTRIBUTION_COLOURS.items():
+        level = expected.sel(contribution=contribution).values
         axes.plot(
-            time, np.where(np.isfinite(level), level, np.nan), color=colour, linewidth=2.2, label=f"{cause}, expected"
+            time,
+            np.where(np.isfinite(level), level, np.nan),
+            color=colour,
+            linewidth=2.2,
+            label=f"{contribution}, expected",
         )
     axes.set_xlim(time[0], time[-1])
     axes.set_ylim(42, 125)

@@ -1,7 +1,8 @@
-"""Claims about the words of the code: a class name that is used twice, a question and a replaced word are noticed."""
+"""Claims about the words of the project: class names used twice or as words, questions, replaced words are noticed."""
 
 import ast
 import importlib.util
+import re
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,21 @@ def test_a_class_name_in_two_files_is_noticed(words):
 @pytest.mark.parametrize(
     ("text", "count"),
     [
+        ('"""RaySpreads are left out."""', 1), ("# RaySpreads, and more", 1), ('"""One. RaySpreads of two."""', 1),
+        ('"""Sum.\n\n    RaySpreads\n    are left out."""', 1), ('"""Args:\n    a: RaySpreads of both."""', 1),
+        ('"""`RaySpreads` are left out."""', 0), ('"""Raises:\n    RaySpreads: never."""', 0),
+        ('"""See x.RaySpreads as it is."""', 0), ("x = 'RaySpreads are text'", 0), ('"""Pulse of one sonar."""', 0),
+    ],
+)  # fmt: skip
+def test_class_names_are_no_words_of_sentences(words, text, count):
+    """At the beginning of a sentence in docstrings and comments; a name without a hump may be any word."""
+    trees = {"src/a.py": ast.parse("class RaySpreads: ...\nclass Pulse: ...")}
+    assert len(words.class_names_as_words({"tests/a.py": text}, trees)) == count
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
         ('def f():\n    """Which rows."""', 1), ('def f():\n    """Rows of a table."""', 0),
         ('class A:\n    x: int\n    """How many."""', 1), ('"""Whether it is."""', 1),
         ('x = 1\n"""Whatever else."""', 0),
@@ -50,6 +66,7 @@ def test_docstrings_that_open_with_a_question_are_noticed(words, text, count):
         ("Retold", 0),
         ("class HeardPulse: TOLD = 1", 2),
         ("the Place of one_way", 0),
+        ("Bounces off it, and a bounce, offset", 1),
     ],
 )
 def test_replaced_words_are_noticed_in_names_and_text(words, text, count):
@@ -61,6 +78,33 @@ def test_a_place_is_a_position_in_names_of_the_package_alone(words):
     """Prose and tests may have places; a two-way delay is the field's term."""
     text = "two_way, in_place = place, Place  # in its place"
     assert [len(words.replaced_words({name: text})) for name in ("src/a.py", "tests/a.py")] == [2, 0]
+
+
+def test_pages_and_scenarios_have_no_replaced_words(words, tmp_path, capsys):
+    """One page of two, and a template, each with one word; the page about people is not read."""
+    for name in ("README.md", "docs/a/b.md", "src/a.yaml", "CODE_OF_CONDUCT.md"):
+        page = tmp_path / name
+        page.parent.mkdir(parents=True, exist_ok=True)
+        page.write_text("Ask.\n")
+    assert words.main(tmp_path, listed=False) == 1
+    output = capsys.readouterr().out
+    assert re.findall(r"  (\S+):1: Ask", output) == ["README.md", "docs/a/b.md", "src/a.yaml"]
+
+
+def test_every_word_of_the_glossary_is_checked_where_it_states(words):
+    """The words of its second table, in a test, in the package, and as the name of a value."""
+    table = (TOOL.parents[1] / "docs" / "glossary.md").read_text(encoding="utf-8").split("| not | but | checked |")[1]
+    rows = re.findall(r"^\| ([^|]+) \| [^|]+ \| (\w+) \|$", table, flags=re.MULTILINE)
+    assert len(rows) == table.count("\n|") - 1 and {status for _, status in rows} >= {"everywhere", "names", "package"}
+    for row, status in rows:
+        for word in re.sub(r" \(.*\)", "", row).split(", "):
+            found = [
+                bool(words.replaced_words({name: text}))
+                for name, text in (("tests/a.py", f"# {word}"), ("src/a.py", f"# {word}"), ("src/a.py", f"{word} = 1"))
+                if " " not in word or text.startswith("#")
+            ]
+            expected = {"everywhere": [1, 1, 1], "package": [0, 1, 1], "names": [0, 0, 1], "nowhere": [0, 0, 0]}[status]
+            assert found == expected[: len(found)], word
 
 
 def test_a_count_above_its_bar_fails_and_one_below_requests_a_lower_bar(words, tmp_path, monkeypatch, capsys):

@@ -29,19 +29,19 @@ def test_occlusion_in_nearly_uniform_water_is_that_of_straight_rays(tmp_path, mo
     Neither boxes, solids nor ground are hidden by code that the two have in common, but for the walk along slices. All
     slices are walked: where beams are weak straight rays merge four of them, and refracted rays do not. One point in
     100,000 may lie within rounding of an edge; none of 340,000 does. Legs with bottom bounces arrive together too; the
-    ground hides straight ones along the planes that they bounce off, bent ones along the mean plane.
+    ground hides straight ones along the planes that reflect them, refracted ones along the mean plane.
     """
     monkeypatch.setattr(eigenray_engine, "bearing_gain_bound", lambda *_: None)
     even = quiet_harbour(water={}, folder=tmp_path, field="incoherent", pings=1)
     layered = quiet_harbour(water={"profile": ALMOST_EVEN}, folder=tmp_path, field="incoherent", pings=1)
-    straight, bent = build_simulator(even), build_simulator(layered)
+    straight, refracted = build_simulator(even), build_simulator(layered)
     assert isinstance(straight.engine.rays, StraightRays)
     here, computed, unlike, hidden = straight.ping_geometry(0, channel=1), 0, 0, set()
     for block in straight.engine.blocks(here, quadrature=True):
         points = block()
         one, other = (
             straight.engine.path_pairs(here, points).transmit_legs,
-            bent.engine.path_pairs(here, points).transmit_legs,
+            refracted.engine.path_pairs(here, points).transmit_legs,
         )
         assert one.families == other.families
         for row, family in enumerate(one.families):

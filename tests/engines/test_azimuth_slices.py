@@ -131,7 +131,7 @@ def test_zones_do_not_depend_on_how_far_is_requested():
 def test_ground_in_merged_slices_is_lit_as_often_and_nearly_as_brightly():
     """Half of rough ground is lit either way, within 1.5 %; its echo falls by less than 0.3 dB.
 
-    24 000 positions of a fractal of 20 cm rms, 30 to 150 m from 9 m above it: who faces the sonar is more often lit,
+    24 000 positions of a fractal of 20 cm rms, 30 to 150 m from 9 m above it: what faces the sonar is more often lit,
     and slices that are four times as wide know less of that. Halves of the positions differ by 0.5 %.
     """
     bed = SeabedTerrain(

@@ -83,7 +83,7 @@ def test_what_is_kept_stands_for_what_is_not(monkeypatch):
 def test_what_is_kept_is_what_the_lattice_draws():
     """60 tiles of high and low gain: the positions and phases of the scatterer grid, each by its priority.
 
-    Who represents 1/p of a cell has a priority below p; the phase is the turn's to 3e-7.
+    A scatterer that represents 1/p of a cell has a priority below p; the phase is the turn's to 3e-7.
     """
     scenario = bed(order=2)
     lattice, simulator = ScattererGrid(heading=0.3), build_simulator(scenario)

@@ -10,14 +10,14 @@ from oracles.scenes import nominal
 ROUND = {"kind": "arc", "length": None, "steer": None, "radius": 0.1, "arc_angle": np.radians(300), "elements": 16}
 
 
-def simulator(causes, *, north=20.0, **receive):
+def simulator(contributions, *, north=20.0, **receive):
     """A point that sends all around, in the middle of a ring of elements that each receive a half space."""
     return build_simulator(nominal(
         transmit={"kind": "point", "length": None, "element": "omni"}, receive={**ROUND, **receive},
         sonar={"receiver": {"record": "elements"}, "mounting": {"bearing": 0.0}},
         targets=[{"shape": "box", "label": "box", "position": (north, 0.0), "size": (2.0, 2.0, 2.0)}],
         track={"window": (0.0, 0.04)},
-        paths={"contributions": causes, "scatterers_per_cell": 1.0, "beam_cutoff_db": -40.0},
+        paths={"contributions": contributions, "scatterers_per_cell": 1.0, "beam_cutoff_db": -40.0},
     ))  # fmt: skip
 
 

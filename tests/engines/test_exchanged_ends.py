@@ -1,4 +1,4 @@
-"""Sonar and point exchanged: what ground bends, cuts and mirrors does not care who calls."""
+"""Sonar and point exchanged: what ground displaces, cuts and reflects is the same."""
 
 import numpy as np
 import pytest

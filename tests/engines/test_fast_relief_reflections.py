@@ -17,7 +17,7 @@ from insonify.simulator import build_simulator, simulate
 
 @pytest.mark.parametrize(("relief", "off"), [(0.02, 30.0), (0.03, 30.0), (0.03, -0.35)])
 def test_open_ground_and_shadow_by_all_paths_are_those_of_the_general_engine(relief: float, off: float) -> None:
-    """Any 2 ms within 0.3 dB, beside the box and behind it: bounces off the mean plane were 0.7 to 1.5 dB off."""
+    """Any 2 ms within 0.3 dB, beside the box and behind it: reflections off the mean plane were 0.7 to 1.5 dB off."""
     families = ("D", "S", "BS")
     general = means(scene(relief, off, families, scatterers_per_cell=20.0), thoroughly)
     apart = np.abs(means(scene(relief, off, families), quickly) - general)

@@ -134,7 +134,7 @@ def test_slightly_layered_water_is_uniform() -> None:
 
 
 def test_water_with_a_shadow_zone_in_range_is_left_to_the_eigenray_engine() -> None:
-    """Rays bent down by 4 m/s per metre end at 125 m, and by 1 m/s per metre, from just below the surface, at 147 m."""
+    """Down by 4 m/s per metre rays end at 125 m, and by 1 m/s per metre, from just below the surface, at 147 m."""
     for profile, depth, start, windows in (
         ([[0.0, 1530.0], [10.0, 1490.0]], 10.0, 2.0, ("200 ms", "150 ms")),
         ([[0.0, 1500.0], [5.0, 1495.0]], 5.0, 0.2, ("196 ms", "180 ms")),
@@ -150,7 +150,7 @@ def test_water_with_a_shadow_zone_in_range_is_left_to_the_eigenray_engine() -> N
 
 
 def test_water_with_several_rays_to_a_point_is_left_to_the_eigenray_engine() -> None:
-    """Rays bent up that leave the seabed in a shadow, and a sound channel with several rays to far points."""
+    """Rays refracted up that leave the seabed in a shadow, and a sound channel with several rays to far points."""
     for profile, depth, window in (
         (UPWARD, 8.0, "200 ms"),
         ([[0.0, 1500.0], [5.0, 1470.0], [10.0, 1500.0]], 5.0, "250 ms"),

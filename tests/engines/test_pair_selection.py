@@ -203,12 +203,12 @@ def test_a_single_pair_has_all_the_energy():
     np.testing.assert_allclose(part[0, 0, 20:48], 1.0, atol=0.05)
 
 
-BENT = {"profile": [[0, 1510.0], [8, 1500.0], [20, 1480.0]], "smoothing": 1.0}
+LAYERED = {"profile": [[0, 1510.0], [8, 1500.0], [20, 1480.0]], "smoothing": 1.0}
 
 
 def test_sampled_pairs_of_layered_water_are_those_of_all_pairs():
     """Kept pairs have the strengths and legs of a run with all pairs, and the same energy: within 4 standard errors."""
-    simulator, kept, whole, variance = build_simulator(scene(water=BENT)), {}, {}, {}
+    simulator, kept, whole, variance = build_simulator(scene(water=LAYERED)), {}, {}, {}
     here = simulator.ping_geometry(0)
     for block in simulator.engine.blocks(here):
         some, every = (simulator.engine.pairs(here, block, include_negligible=choice) for choice in (False, True))
@@ -245,7 +245,7 @@ def test_nearly_uniform_water_has_the_energies_of_uniform_water():
 
 
 def test_pairs_by_other_families_count_where_no_direct_ray_arrives():
-    """Sound bent up by 4 1/s: the last direct ray to the bed ends at 82 m, beyond it those by the surface dominate.
+    """A gradient of 4 1/s, up: the last direct ray to the bed ends at 82 m, beyond it those by the surface dominate.
 
     A ray that is level at the bed leaves at arccos(1 - 9 m / R), R = c / g = 385 m, and reaches it after R sin.
     """

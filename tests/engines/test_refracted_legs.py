@@ -63,17 +63,17 @@ def places(n, seed):
 def test_where_the_speed_hardly_changes_rays_are_straight():
     """A gradient of 1e-9 1/s gives the legs of images: delays to 1e-9, amplitudes to 2e-6; no box moves."""
     sonar, order = np.array([0.3, -1.0, 11.0]), families_up_to(4)
-    bent = rays(NEARLY, BOXES).legs(sonar, points(places(400, 3)), order, 100e3)
+    refracted = rays(NEARLY, BOXES).legs(sonar, points(places(400, 3)), order, 100e3)
     world = Scene(seabed={"depth": DEPTH, "reflection": "medium sand"}, targets=BOXES)
     straight = image_legs(world, sonar, points(places(400, 3)), order, 100e3)
-    assert bent.families == straight.families and not any(bent.branch)
-    np.testing.assert_array_equal(bent.status, straight.status)
-    np.testing.assert_array_equal(bent.occluder, straight.occluder)
-    assert {LegStatus.CLEAR, LegStatus.OCCLUDED} == set(np.unique(bent.status))
-    np.testing.assert_allclose(bent.delay, straight.delay, rtol=1e-9)
-    np.testing.assert_allclose(bent.amplitude, straight.amplitude, rtol=2e-6)
+    assert refracted.families == straight.families and not any(refracted.branch)
+    np.testing.assert_array_equal(refracted.status, straight.status)
+    np.testing.assert_array_equal(refracted.occluder, straight.occluder)
+    assert {LegStatus.CLEAR, LegStatus.OCCLUDED} == set(np.unique(refracted.status))
+    np.testing.assert_allclose(refracted.delay, straight.delay, rtol=1e-9)
+    np.testing.assert_allclose(refracted.amplitude, straight.amplitude, rtol=2e-6)
     for name in ("departure", "arrival", "grazing_sine", "length"):
-        np.testing.assert_allclose(getattr(bent, name), getattr(straight, name), rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(getattr(refracted, name), getattr(straight, name), rtol=1e-8, atol=1e-8)
 
 
 def test_a_profile_of_one_speed_is_no_layered_water():
@@ -121,7 +121,7 @@ def test_legs_are_reciprocal(seed, profile):
                 np.testing.assert_allclose(forth.departure[a, 0], -back.arrival[b, 0], atol=1e-7)
 
 
-def bent_paths(profile, sonar, ways, bounce, farthest, step=0.1):
+def refracted_paths(profile, sonar, ways, bounce, farthest, step=0.1):
     """Rays followed in small steps of length by Runge and Kutta's rule: distances and depths, (steps, rays) each."""
     depth, speed = np.array(profile).T
 
@@ -158,7 +158,7 @@ def test_a_box_cuts_the_rays_that_run_into_it():
     away = np.hypot(*offset.T)
     for row, family in enumerate(legs.families):
         there = np.isin(legs.status[row], [LegStatus.CLEAR, LegStatus.OCCLUDED])
-        along, deep = bent_paths(THERMO, sonar, legs.departure[row, there], family != "D", away.max())
+        along, deep = refracted_paths(THERMO, sonar, legs.departure[row, there], family != "D", away.max())
         ahead = (offset / away[:, None])[there]
         north, east = along * ahead[:, 0], along * ahead[:, 1]
         inside = np.max([_depth_inside(body, north, east, deep, along < away[there]) for body in bodies], axis=0)

@@ -56,7 +56,7 @@ def _passing(field):
 
 
 def test_level_curves_add_up_to_the_expected_intensity():
-    """All causes together are the incoherent reading; pairs are given by family, several rays of one together."""
+    """All contributions together are the expected intensity; pairs are given by family, several rays of one as one."""
     scenario = layered(CAUSTIC, track={"window": (0.21, 0.22)}, paths={"max_reflections": 1}, field="incoherent",
                    targets=[point(0, 160, 15)])  # fmt: skip
     curves = insonify.levels(scenario)
@@ -73,13 +73,13 @@ def test_a_slice_is_refracted_by_the_thermocline():
         "paths": {"geometry": "slice", "max_reflections": 0},
         "field": "incoherent",
     }
-    bent, straight = layered(**few), nominal(water=QUIET, **few)
+    refracted, straight = layered(**few), nominal(water=QUIET, **few)
     ends = {}
-    for name, scenario in (("bent", bent), ("straight", straight)):
+    for name, scenario in (("refracted", refracted), ("straight", straight)):
         series = insonify.simulate(scenario)
         intensity = series.intensity.values[0, 0]
         ends[name] = float(series.time.values[np.flatnonzero(intensity > 1e-6 * intensity.max())[-1]])
-    assert ends["bent"] == pytest.approx(2 * 162 / 1493, abs=2e-3)
+    assert ends["refracted"] == pytest.approx(2 * 162 / 1493, abs=2e-3)
     assert ends["straight"] > 0.239
 
 

@@ -137,7 +137,7 @@ def test_a_target_that_cannot_be_there_is_refused_with_the_reason(target, messag
     {"shape": "box", "label": "body", "position": (0, 50), "size": (2, 2, 2), "roll": 0.1},
 ])  # fmt: skip
 def test_a_point_in_a_solid_is_refused_and_one_beside_it_is_received(body):
-    """Inside no sound reaches it; the message names whom it is inside of, whichever comes first."""
+    """Inside no sound reaches it; the message names the body around it, whichever comes first."""
     inside, beside = ({"shape": "point", "position": (0, east, 19.0)} for east in (50.3, 51.5))
     Scene(targets=[body, beside])
     for targets, row in (([body, inside], 1), ([inside, body], 0)):

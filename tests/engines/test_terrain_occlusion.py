@@ -1,4 +1,4 @@
-"""Shadows of the seabed: where they end, whom they hide, and that they are those of a ray walked step by step."""
+"""Shadows of the seabed: where they end, what they hide, and that they are those of a ray walked step by step."""
 
 import numpy as np
 import pytest

@@ -146,7 +146,7 @@ def test_nearly_uniform_water_sounds_as_uniform_water_under_a_moving_sea():
     ("knots", "apart"), [(((0, 1500.0), (20, 1470.0)), -0.1), (((0, 1500.0), (8, 1510.0), (20, 1525.0)), 0.0)]
 )
 def test_a_moving_sea_over_layered_water_returns_what_the_engine_has(knots, apart):
-    """1 m/s at 20 kHz, rays bent down or up by 2 %, arrays apart or together: D-S within 0.03 dB, S-S within 0.12 dB.
+    """1 m/s at 20 kHz, 2 % of refraction down or up, arrays apart or together: D-S within 0.03 dB, S-S within 0.12 dB.
 
     Four standard errors of 20 000 rays and of four seeds of the engine, added to 0.02 and 0.06 dB, by which 80 000 rays
     and eight seeds differ.

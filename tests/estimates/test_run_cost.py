@@ -475,11 +475,11 @@ def test_legs_off_explicit_waves_are_counted_with_their_bounces_and_glints():
 def test_refracted_rays_cost_more_than_straight_ones():
     """The same scene in layered water: as many scatterers to a fifth, and more time for their legs."""
     layers = {"noise_level_db": None, "profile": [(0, 1500), (10, 1495), (20, 1490)]}
-    straight, bent = (
+    straight, refracted = (
         estimate_cost(nominal(water=water, track={"window": (0.02, 0.1)}, paths=CHEAP))
         for water in ({"noise_level_db": None}, layers)
     )
-    assert bent.scatterers == pytest.approx(straight.scatterers, rel=0.2) and bent.seconds > straight.seconds
+    assert refracted.scatterers == pytest.approx(straight.scatterers, rel=0.2) and refracted.seconds > straight.seconds
 
 
 def test_labels_are_part_of_the_estimate():

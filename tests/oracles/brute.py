@@ -22,7 +22,7 @@ Reached = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Travel times [s] and complex amplitudes [1] of n points from a place for each [m], (n, 3) or (3,); NaN for no way."""
 
 
-def bent(column, points, family, *, bottom=0.35, loss_db=0.0) -> Reached:
+def refracted(column, points, family, *, bottom=0.35, loss_db=0.0) -> Reached:
     """The only ray of a family to each point, off a surface that turns the sign; NaN where there is none or several."""
     turn = (-1) ** family.count("S") * bottom ** family.count("B")
 

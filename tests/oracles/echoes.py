@@ -28,7 +28,7 @@ def spread_echoes(cells: NDArray[Any], paired: PairedLegs, receive_beams: Receiv
     Args:
         cells: Grids of pressure, shape (channels, groups, cells, shapes of a group): see `group_layout`.
         paired: The legs, and what each scatterer makes of each pair.
-        receive_beams: Who receives.
+        receive_beams: Receive points and their channels.
         reception: Time grid, carrier and water.
     """
     pair, sent, received, strength = paired

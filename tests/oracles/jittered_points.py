@@ -40,7 +40,7 @@ class JitteredPoints(NamedTuple):
     turn: Floats
     """Phase of the place, in turns."""
     priority: Floats
-    """Uniform number below one that belongs to the place: who keeps a part p of them keeps those below p."""
+    """Uniform number below one that belongs to the scatterer: a part p of them are those below p."""
     tile: Integers
     """Row of the tile among the given ones."""
     rank: Integers

@@ -25,13 +25,13 @@ def scene(engine, *, rays=40_000, window=(0.09, 0.12), paths=None, track=None, *
 
 
 def curves(scenario, ping=0):
-    """Mean power of every cause and pair of families over the window, where there is any."""
+    """Mean power of every contribution and pair of families over the window, where there is any."""
     found = levels(scenario, ping, threads=2)
     power = 10 ** (found.level_db.values / 10)
     return {
-        (str(cause), str(pair)): power[i, j]
-        for i, cause in enumerate(found.contribution.values) for j, pair in enumerate(found.pair.values)
-        if cause in ("seabed", "surface", "target") and power[i, j].max() > 0
+        (str(contribution), str(pair)): power[i, j]
+        for i, contribution in enumerate(found.contribution.values) for j, pair in enumerate(found.pair.values)
+        if contribution in ("seabed", "surface", "target") and power[i, j].max() > 0
     }  # fmt: skip
 
 

@@ -71,7 +71,7 @@ def two_beams_figure() -> Figure:
 
 
 def levels_figure() -> Figure:
-    """Curves by cause."""
+    """Curves by contribution."""
     figure = style.new_figure()
     curves(figure.subplots(), levels(scenario(surface__scattering={"strength_db": -30}, water__noise_level_db=60)))
     return figure
@@ -147,7 +147,8 @@ def test_a_cause_has_one_colour_in_all_pictures() -> None:
     with style.plot_style():
         drawn = {str(line.get_label()): line.get_color() for line in picture_of(levels_figure).axes[0].lines}
         assert drawn == {
-            cause: style.CONTRIBUTION_COLOURS[cause] for cause in ("seabed", "surface", "target", "noise", "total")
+            contribution: style.CONTRIBUTION_COLOURS[contribution]
+            for contribution in ("seabed", "surface", "target", "noise", "total")
         }
         flat = {
             tuple(np.unique(line.get_ydata())): line.get_color()

@@ -35,7 +35,7 @@ def test_a_drawn_leg_is_reflected_like_light(family: str) -> None:
 
 
 def test_levels_are_drawn_as_they_are(tmp_path: Path) -> None:
-    """One curve for each cause that is received, in its own colour."""
+    """One curve for each contribution that is received, in its own colour."""
     data = levels(nominal(QUICK))
     with style.plot_style():
         axes = style.new_figure().subplots()
@@ -74,7 +74,7 @@ def test_the_five_legs_are_drawn(tmp_path: Path) -> None:
 
 
 def test_causes_and_pairs_do_not_share_colours_among_themselves() -> None:
-    """Each cause, family and pair is distinguished from its like."""
+    """Each contribution, family and pair is distinguished from its like."""
     for colours in (style.CONTRIBUTION_COLOURS, style.FAMILIES, style.PAIRS):
         assert len(set(colours.values())) == len(colours)
 

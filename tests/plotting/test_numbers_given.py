@@ -176,7 +176,7 @@ def test_levels_of_a_pressure_are_its_square():
 
 
 def test_curves_of_levels_can_be_cut_and_break_at_silence():
-    """Only times in the window, in milliseconds; silence is a gap in the line; a mute cause is not drawn."""
+    """Only times in the window, in milliseconds; silence is a gap in the line; a mute contribution is not drawn."""
     time, level = np.linspace(0, 0.1, 11), np.full((3, 1, 11), -np.inf)
     level[0, 0, 2:8], level[2] = np.arange(6) + 60.0, 70.0
     data = xr.Dataset(

@@ -125,12 +125,12 @@ def test_spikes_by_source_stand_where_their_paths_are(span: tuple[float, float] 
     level = level_db(np.abs(paths.amplitude) ** 2) + 220
     axes = blank()
     spikes_by_source(axes, paths, level, "level [dB re 1 uPa]", span=span)
-    for label, cause in (("seabed", "seabed"), ("surface", "surface"), ("box", "target")):
+    for label, contribution in (("seabed", "seabed"), ("surface", "surface"), ("box", "target")):
         own = paths.object == label
         (marks,) = (
             lot for lot in axes.collections
             if isinstance(lot, PathCollection)
-            and to_hex(lot.get_facecolor()[0]) == style.CONTRIBUTION_COLOURS[cause].lower()
+            and to_hex(lot.get_facecolor()[0]) == style.CONTRIBUTION_COLOURS[contribution].lower()
         )  # fmt: skip
         np.testing.assert_allclose(marks.get_offsets(), np.stack([1e3 * paths.delay[own], level[own]], axis=-1))
     assert axes.get_ylim() == (span or pytest.approx((axes.get_ylim()[1] - 60, axes.get_ylim()[1])))

@@ -60,11 +60,11 @@ def test_the_same_recording_makes_the_same_picture(tmp_path: Path) -> None:
 
 
 def test_a_lone_ping_is_a_trace_and_its_target_is_looked_at_closer() -> None:
-    """One channel and one ping: level over time with what each cause should bring, and the target beneath."""
+    """One channel and one ping: level over time with what each contribution should bring, and the target beneath."""
     axes = ascan(recording_levels(ping()), 0).axes
     assert [a.get_ylabel() for a in axes] == ["level [dB re 1 uPa]", "rms pressure [mPa]"]
-    line, *causes = axes[0].lines
-    assert {str(cause.get_label()) for cause in causes} == {"seabed", "target"}
+    line, *contributions = axes[0].lines
+    assert {str(contribution.get_label()) for contribution in contributions} == {"seabed", "target"}
     np.testing.assert_allclose(line.get_ydata(), 20 * np.log10(np.abs(ping()["pressure"].values[0, 0])), atol=1e-4)
 
 

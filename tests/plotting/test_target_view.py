@@ -136,7 +136,7 @@ def test_the_near_side_is_that_at_the_bearing_of_the_middle(target, near):
 
 
 def test_a_surface_beside_the_plane_has_its_nearest_corner():
-    """The middle of a bent body may lie beside it: a triangle 3 to 5 m from the plane, its nearest corner 5 m away."""
+    """A concave body's middle may lie beside it: a triangle 3 to 5 m from the plane, its nearest corner 5 m away."""
     corners = np.array([[[4.0, 3.0, 0.0], [9.0, 3.0, 0.0], [9.0, 5.0, 0.0]]])
     assert nearest_in_plane(corners, np.array([0.0, 1.0, 0.0])) == pytest.approx(5.0)
     assert nearest_in_plane(corners - [0, 4, 0], np.array([0.0, 1.0, 0.0])) == pytest.approx(6.5)

@@ -35,7 +35,7 @@ def test_an_edge_so_far_off_has_at_least_its_fresnel_number(number: float) -> No
 def test_shadows_are_the_same_if_every_point_is_looked_at(
     families: tuple[str, ...], highest: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """4000 places, one below the sonar: statuses, and pressures bent around each, to the last bit."""
+    """4000 places, one below the sonar: statuses, and pressures diffracted around each, to the last bit."""
     rng = np.random.default_rng(5)
     place = np.append(rng.uniform(-90, 90, (4000, 2)), rng.uniform(highest, 20.0, (4000, 1)), axis=1)
     place[0] = *SONAR[:2], 20.0

@@ -47,7 +47,7 @@ def test_the_wave_oracle_is_exact_in_isovelocity_water():
 
 @pytest.mark.parametrize("gradient", [-0.7, 1.5])
 def test_where_rays_do_not_cross_they_are_the_wave(gradient):
-    """Amplitude and phase of a bent ray at 10 kHz, within 0.01 dB and 0.1 degrees."""
+    """Amplitude and phase of a refracted ray at 10 kHz, within 0.01 dB and 0.1 degrees."""
     profile = SoundSpeedProfile(np.array([0.0, 100.0]), np.array([1500.0, 1500.0 + 100 * gradient]))
     distance = np.array([30.0, 80.0, 150.0])
     found, count = rays(profile, distance)

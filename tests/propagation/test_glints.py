@@ -181,9 +181,9 @@ def test_a_facet_reflects_to_its_point(east):
     """
     slope = np.linspace(-0.35, 0.35, 15)
     lines = unfold_paths("S", PLACE, np.tile([0.0, east, 20.0], (15, 1)), 20.0)
-    bent = displace_bounces(lines, np.stack([slope, 0 * slope])[None])
-    leaving = np.array([0.0, east, -31]) / np.hypot(east, 31) + bent.departure_change
-    arriving = np.array([0.0, east, 31]) / np.hypot(east, 31) + bent.arrival_change
+    displaced = displace_bounces(lines, np.stack([slope, 0 * slope])[None])
+    leaving = np.array([0.0, east, -31]) / np.hypot(east, 31) + displaced.departure_change
+    arriving = np.array([0.0, east, 31]) / np.hypot(east, 31) + displaced.arrival_change
     normal = arriving - leaving
     # Elevation rises as depth falls: the normal into the water is (slope, 1) over (ahead, down).
     np.testing.assert_allclose(normal[:, 1] / normal[:, 2], slope, atol=1e-9)
@@ -194,8 +194,10 @@ def test_a_facet_reflects_to_its_point(east):
 def test_a_facet_that_rises_to_the_right_sends_sound_to_the_right(across):
     """Law of reflection across the way, for a small slope: what comes back to its point was reached on the left."""
     lines = unfold_paths("S", PLACE, np.array([[0.0, 60.0, 20.0]]), 20.0)
-    bent = displace_bounces(lines, np.array([0.0, across])[None, :, None])
-    normal = np.array([0.0, 0.0, 2 * 31 / np.hypot(60, 31)]) + bent.arrival_change[0] - bent.departure_change[0]
+    displaced = displace_bounces(lines, np.array([0.0, across])[None, :, None])
+    normal = (
+        np.array([0.0, 0.0, 2 * 31 / np.hypot(60, 31)]) + displaced.arrival_change[0] - displaced.departure_change[0]
+    )
     # right of east is south, and the normal into the water leans to where elevation rises
     assert -normal[0] / normal[2] == pytest.approx(across, rel=1e-3)
 
@@ -215,27 +217,27 @@ def test_glints_leave_as_their_phase_runs(axis):
     phase = turned - 2 * np.pi * F * (there.delay[row] - here.delay[row])
     runs = np.angle(np.exp(1j * phase)) / (2 * np.pi * F / C * 1e-5)
     straight = mirror.departure[0, :, axis]
-    bent = here.departure[row, :, axis] - straight
-    assert np.sum((runs - straight) * bent) / np.sum(bent**2) == pytest.approx(1.0, abs=0.1)
-    assert np.corrcoef(runs - straight, bent)[0, 1] > 0.97
+    displaced = here.departure[row, :, axis] - straight
+    assert np.sum((runs - straight) * displaced) / np.sum(displaced**2) == pytest.approx(1.0, abs=0.1)
+    assert np.corrcoef(runs - straight, displaced)[0, 1] > 0.97
 
 
 @pytest.mark.parametrize("slopes", [(0.01, 0.0), (0.0, 0.01), (0.006, -0.008)])
 def test_a_small_slope_lengthens_a_leg_by_its_square(slopes):
     """Excess length = 2 r1 r2 / (r1 + r2) (along^2 + across^2 sin^2 g), to second order."""
     lines = unfold_paths("S", PLACE, np.array([[0.0, 60.0, 20.0]]), 20.0)
-    bent = displace_bounces(lines, np.array(slopes)[None, :, None])
+    displaced = displace_bounces(lines, np.array(slopes)[None, :, None])
     length, sine = np.hypot(60, 31), 31 / np.hypot(60, 31)
     expected = 2 * length * (11 / 31) * (20 / 31) * (slopes[0] ** 2 + (slopes[1] * sine) ** 2)
-    assert bent.excess_length[0] == pytest.approx(expected, rel=0.03)
+    assert displaced.excess_length[0] == pytest.approx(expected, rel=0.03)
 
 
 @pytest.mark.parametrize("family", ["S", "SB", "BS", "SBS", "BSB"])
 def test_without_slopes_nothing_bends(family):
     """A level facet is the mirror."""
     lines = unfold_paths(family, PLACE, np.array([[3.0, 60.0, 18.0]]), 20.0)
-    bent = displace_bounces(lines, np.zeros((family.count("S"), 2, 1)))
-    for change in bent:
+    displaced = displace_bounces(lines, np.zeros((family.count("S"), 2, 1)))
+    for change in displaced:
         np.testing.assert_allclose(change, 0, atol=1e-10)
 
 

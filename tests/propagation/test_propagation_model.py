@@ -94,11 +94,11 @@ def test_the_direct_path_is_the_shortest_in_time(name):
 def test_length_and_delay_go_by_the_speeds_of_the_water(name):
     """Length over delay lies between the slowest and the fastest speed, and no path is shorter than a straight one."""
     place = around()
-    bent = rays(name)
-    legs = bent.legs(SONAR, points(place), families_up_to(2), 100e3)
+    refracted = rays(name)
+    legs = refracted.legs(SONAR, points(place), families_up_to(2), 100e3)
     there = legs.visibility > 0
     speed = legs.length[there] / legs.delay[there]
-    water = bent.scene.water
+    water = refracted.scene.water
     assert water.min_sound_speed - 1e-6 <= speed.min() and speed.max() <= water.max_sound_speed + 1e-6
     straight = np.broadcast_to(np.linalg.norm(place - SONAR, axis=1), legs.length.shape)
     assert np.all(legs.length[there] >= straight[there] - 1e-9)
@@ -110,9 +110,9 @@ def test_the_scene_may_be_turned_and_moved(name):
     place, turn = around(60), 1.1
     c, s = np.cos(turn), np.sin(turn)
     matrix, away = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), np.array([1000.0, -300.0, 0])
-    bent = rays(name)
-    here = bent.legs(SONAR, points(place), ("D", "S"), 100e3)
-    there = bent.legs(matrix @ SONAR + away, points(place @ matrix.T + away), ("D", "S"), 100e3)
+    refracted = rays(name)
+    here = refracted.legs(SONAR, points(place), ("D", "S"), 100e3)
+    there = refracted.legs(matrix @ SONAR + away, points(place @ matrix.T + away), ("D", "S"), 100e3)
     np.testing.assert_array_equal(here.status, there.status)
     lit = here.visibility > 0
     np.testing.assert_allclose(there.delay[lit], here.delay[lit], atol=2e-12)
@@ -139,16 +139,16 @@ def test_nearly_isovelocity_water_has_the_paths_of_isovelocity_water():
 @pytest.mark.parametrize("name", WATERS)
 def test_no_ray_leaves_outside_the_cone_that_was_promised(name):
     """Rays to places within a radius of a middle leave within the margin of the cone's axis."""
-    bent, rng = rays(name), np.random.default_rng(7)
+    refracted, rng = rays(name), np.random.default_rng(7)
     middle = around(40, seed=3)[:, :2]
     radius = rng.uniform(0.2, 4, 40)
     for family in families_reaching("seabed", ("D", "S", "BS")):
-        cones = departure_cones(bent, family, SONAR, middle, radius, DEPTH)
+        cones = departure_cones(refracted, family, SONAR, middle, radius, DEPTH)
         for _ in range(6):
             shift = rng.normal(size=(40, 2))
             shift *= (radius * rng.random(40) / np.linalg.norm(shift, axis=1))[:, None]
             bed = points(np.column_stack([middle + shift, np.full(40, DEPTH)]), "seabed")
-            legs = bent.legs(SONAR, bed, (family,), 100e3)
+            legs = refracted.legs(SONAR, bed, (family,), 100e3)
             for row in range(len(legs.families)):
                 there = legs.visibility[row] > 0
                 angle = np.arccos(np.clip(np.sum(legs.departure[row] * cones.axis, axis=-1), -1, 1))
@@ -160,14 +160,14 @@ def test_no_ray_leaves_outside_the_cone_that_was_promised(name):
 @pytest.mark.parametrize("name", ["still", "thermocline", "channel"])
 def test_ground_that_may_rise_widens_every_promise(name, rise):
     """The reachable range grows at both ends, and cones still hold the rays to ground that stands higher."""
-    bent = rays(name)
+    refracted = rays(name)
     arguments = ((11.0, 11.0), DEPTH, ("D", "S"), (0.03, 0.09), 0.0)
-    flat, raised = bent.reachable_range(*arguments), bent.reachable_range(*arguments, relief_height=rise)
+    flat, raised = refracted.reachable_range(*arguments), refracted.reachable_range(*arguments, relief_height=rise)
     assert raised.nearest <= flat.nearest and raised.farthest >= flat.farthest - 1e-9
     middle, radius = around(30, seed=9)[:, :2], np.full(30, 1.0)
-    cones = departure_cones(bent, "D", SONAR, middle, radius, DEPTH, relief_height=rise)
+    cones = departure_cones(refracted, "D", SONAR, middle, radius, DEPTH, relief_height=rise)
     high = points(np.column_stack([middle, np.full(30, DEPTH - rise)]), "seabed")
-    legs = bent.legs(SONAR, high, ("D",), 100e3)
+    legs = refracted.legs(SONAR, high, ("D",), 100e3)
     for row in range(len(legs.families)):
         there = (legs.status[row] == 0) & cones.exists
         angle = np.arccos(np.clip(np.sum(legs.departure[row] * cones.axis, axis=-1), -1, 1))
@@ -177,12 +177,12 @@ def test_ground_that_may_rise_widens_every_promise(name, rise):
 @pytest.mark.parametrize("name", ["still", "falling", "thermocline"])
 def test_all_that_is_received_in_a_window_lies_within_reach(name):
     """No leg to the bed whose delay falls into the window ends nearer or farther than reach states."""
-    bent = rays(name)
+    refracted = rays(name)
     first, last = 0.04, 0.08
-    reach = bent.reachable_range((11.0, 11.0), DEPTH, ("D", "S"), (first, last), 0.0)
+    reach = refracted.reachable_range((11.0, 11.0), DEPTH, ("D", "S"), (first, last), 0.0)
     distance = np.linspace(1, 180, 2000)
     bed = points(np.column_stack([SONAR[0] + distance, np.full(2000, SONAR[1]), np.full(2000, DEPTH)]), "seabed")
-    legs = bent.legs(SONAR, bed, ("D", "S"), 100e3)
+    legs = refracted.legs(SONAR, bed, ("D", "S"), 100e3)
     received = ((legs.delay >= first) & (legs.delay <= last) & (legs.visibility > 0)).any(axis=0)
     assert distance[received].min() >= reach.nearest - 1e-9 and distance[received].max() <= reach.farthest + 1e-9
 

@@ -65,7 +65,7 @@ def test_one_gradient_takes_the_closed_time(launch: float, gradient: float, reac
     assert t == pytest.approx(d / mean * (np.arcsinh(u) / u if u > 1e-6 else 1.0), abs=1e-13)
 
 
-def test_a_bent_ray_is_an_arc_of_a_circle() -> None:
+def test_a_refracted_ray_is_an_arc_of_a_circle() -> None:
     """Radius c / (|g| cos(theta)) about a centre where sound speed would be 0: all vertices, to a micrometre."""
     gradient, launch = -0.5, np.radians(-2.0)
     rays = trace_fan(water((0.0, 1510.0), (40.0, 1490.0)), 20.0, launch, max_range=150.0, max_bounces=0, step=1.0)

@@ -1,4 +1,4 @@
-"""Bottom bounces off a rough seabed: how much stays coherent, what glints carry, and what the scattering law takes."""
+"""Reflections off a rough seabed: how much stays coherent, what glints carry, and what the scattering law takes."""
 
 from functools import lru_cache, partial
 

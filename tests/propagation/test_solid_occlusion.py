@@ -274,7 +274,7 @@ def test_a_scene_moved_as_a_whole_hides_the_same():
     np.testing.assert_allclose(there.delay, here.delay, rtol=1e-9)
 
 
-def test_a_bent_path_is_cut_like_its_chords():
+def test_a_refracted_path_is_cut_like_its_chords():
     """Paths in seven straight pieces meet what legs without a bounce meet; a detour over the body hits nothing."""
     scene = world({"shape": "rock", "position": (0, 50), "size": (3, 3, 3)})
     random = np.random.default_rng(4)

@@ -47,7 +47,7 @@ def points(position):
 
 
 def status(targets, place, position=SONAR, order=3):
-    """Statuses of the legs to some places, and who cuts them, by family."""
+    """Statuses of the legs to some places, and what cuts them, by family."""
     scene = Scene(seabed={"depth": 20.0}, targets=targets)
     legs = image_legs(scene, position, points(place), families_up_to(order), 100e3)
     return legs.status, legs.occluder

@@ -77,7 +77,7 @@ def test_the_page_of_a_lab_notebook():
 
 
 def test_a_long_list_is_reported_by_kind():
-    """Past forty rows: who, legs, how many, when and how strong; then the ten strongest, in order of arrival."""
+    """Past forty rows: object, legs, how many, when and how strong; then the ten strongest, in order of arrival."""
     both = {**SETTINGS, "targets": [point(0, 150, 19.5), point(3, 150.2, 15, label="buoy")]}
     paths = arrivals(nominal(**both))
     page = repr(paths).splitlines()

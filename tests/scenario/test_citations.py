@@ -37,7 +37,7 @@ def test_a_box_is_lambert_whatever_the_bed():
 
 
 def test_every_source_is_an_author_a_year_and_a_subject():
-    """One line each: who, when, where, and what for."""
+    """One line each: author, year, publication, and what it is cited for."""
     for name in ("IMAGES", "DRAWS", "GRIDDING", "ABSORPTION", "LAMBERT", "JACKSON"):
-        who, colon, what = getattr(sources, name).rpartition(":")
-        assert colon and what.strip() and "(" in who and any(year in who for year in ("19", "20"))
+        author, colon, subject = getattr(sources, name).rpartition(":")
+        assert colon and subject.strip() and "(" in author and any(year in author for year in ("19", "20"))

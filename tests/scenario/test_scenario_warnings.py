@@ -55,7 +55,7 @@ def test_an_absorption_of_decibels_per_kilometre_without_their_unit_is_warned_of
     ("bounce", "reflections", "count"), [("statistical", 2, 1), ("explicit", 1, 1), ("explicit", 0, 0)]
 )
 def test_bubbles_beyond_the_range_of_their_law_are_warned_of_before_the_run(bounce, reflections, count):
-    """At 300 kHz the handbook's bubble loss is an extrapolation, wherever a path bounces off a windy surface."""
+    """At 300 kHz the handbook's bubble loss is an extrapolation, wherever a windy surface reflects a path."""
     array = {"kind": "line", "length": 0.1}
     sonar = {
         "source_level_db": 220,

@@ -55,7 +55,7 @@ def test_no_face_mirrors_more_than_all(smooth):
     assert Sphere(position=(0, 50), diameter=1).face_reflection_coefficient is None
 
 
-def test_who_has_the_closed_form_is_cited_where_it_runs():
+def test_the_author_of_the_closed_form_is_cited_where_it_runs():
     """Gordon's, only with a smooth face."""
     with_it, without = (
         citations(nominal(targets=[{**BOX, "face_reflection_coefficient": smooth}])) for smooth in (0.5, None)

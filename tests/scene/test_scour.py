@@ -68,7 +68,7 @@ def test_a_scour_bares_more_of_the_body_and_leaves_it_where_it_is():
 
 
 def test_the_map_of_shadows_has_the_moat():
-    """Nodes of the map, by the quick way's and by the general one's, lie where the ground does, to a millimetre."""
+    """Nodes of the map, by the fast method and by the general one, lie where the ground does, to a millimetre."""
     bed = Scene(seabed={"depth": 20.0}, targets=[{**DRUM, "scour": MOAT}]).seabed.terrain
     side = bed.heightmap_cell_size * 64
     tile = (int(4.0 // side), int(60.0 // side))

@@ -105,7 +105,7 @@ def test_a_larger_share_takes_from_its_neighbour_and_gives_nothing_away():
 
 
 def test_sediments_listed_backwards_are_the_same_mixture():
-    """The order decides who borders on whom; names change sides with their shares, and the middle stays as large."""
+    """The order decides what borders on what; names change sides with their shares, and the middle stays as large."""
     far = np.random.default_rng(2).uniform(-3000, 3000, (2, 20_000))
     ahead, back = rows_of((2, 5, 3), places=far), rows_of((3, 5, 2), SANDS[::-1], places=far)
     for row in range(3):

@@ -229,12 +229,17 @@ def test_a_tilted_bed_mirrors_from_the_foot_of_its_perpendicular(tilt, tmp_path)
 
 
 SAND_WAVES = {"kind": "ripples", "wavelength": 12.0, "height": 0.4, "irregularity": 0.0, "sharpness": 0.1}
-BENT_WAVES = {"kind": "ripples", "wavelength": 5.0, "height": 0.3}
+CURVED_WAVES = {"kind": "ripples", "wavelength": 5.0, "height": 0.3}
 
 
 @pytest.mark.parametrize(
     ("waves", "frequency", "north", "count"),
-    [(SAND_WAVES, 20e3, 0.0, 1), (SAND_WAVES, 20e3, 3.1, 1), (BENT_WAVES, 20e3, 1.7, 1), (BENT_WAVES, 60e3, 2.5, 3)],
+    [
+        (SAND_WAVES, 20e3, 0.0, 1),
+        (SAND_WAVES, 20e3, 3.1, 1),
+        (CURVED_WAVES, 20e3, 1.7, 1),
+        (CURVED_WAVES, 60e3, 2.5, 3),
+    ],
 )
 def test_sand_waves_mirror_at_every_specular_point(waves, frequency, north, count):
     """The sum of the specular points = Kirchhoff's integral over the bed, 0.3 dB and 0.1 rad; in troughs three points.
@@ -321,10 +326,10 @@ def test_a_tilted_bed_in_a_gradient_mirrors_the_ray_that_strikes_it_at_right_ang
 
 @pytest.mark.parametrize("family", ["B", "BS", "SB", "SBS"])
 def test_sand_waves_in_hardly_layered_water_mirror_as_in_water_of_one_speed(family):
-    """A gradient of 1 mm/s over 20 m: the points of bent waves, with their pressures, caustics and directions."""
+    """A gradient of 1 mm/s over 20 m: specular points of curved waves, their pressures, caustics and directions."""
     layered, straight = (
         arrivals(bed_only(
-            order=len(family), seabed={"relief": [BENT_WAVES]}, water={**water, "absorption_db_per_m": 0.0},
+            order=len(family), seabed={"relief": [CURVED_WAVES]}, water={**water, "absorption_db_per_m": 0.0},
             track={"position": (2.5, 0.0, 11.0)}, paths={"families": [family]},
         ))
         for water in ({"profile": [[0.0, 1500.001], [20.0, 1500.0]]}, {"sound_speed": 1500.0005})

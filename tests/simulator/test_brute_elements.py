@@ -5,7 +5,7 @@ import pytest
 
 from insonify.simulator import build_simulator, simulate
 from oracles.arrays import HEADING, WINDOW, elements_scenario, line_of, some_targets
-from oracles.brute import back_to, bent, echoes, out_of, straight
+from oracles.brute import back_to, echoes, out_of, refracted, straight
 from oracles.scenes import nominal, point
 from oracles.underway import CARRIER, SPEED, recorded
 from synthesis.oracle import relative_rms
@@ -54,7 +54,7 @@ def brute_force(scenario, out, back, pairs, rows=slice(None)):
 def in_layers(scenario, targets, families):
     """By rays of their own from every element at every moment."""
     column = build_simulator(scenario).engine.rays.layers
-    ways = {name: bent(column, targets, name, loss_db=LOSS) for name in families}
+    ways = {name: refracted(column, targets, name, loss_db=LOSS) for name in families}
     return brute_force(scenario, ways, ways, [(i, j, 1.0) for i in families for j in families])
 
 

@@ -1,4 +1,4 @@
-"""One bounce off a wind sea as recordings have it: what stays coherent, how much comes, how long it stays correlated.
+"""One reflection off a wind sea as recordings have it: coherent part, energy, and the time for which it is correlated.
 
 A point target is called directly, by a beam that misses the surface, and received by way of the surface alone, over
 many seas: the geometry of the nominal scene, 150 m away, grazing 11.5 degrees.

@@ -29,7 +29,7 @@ def mean_db(scenario):
     return 10 * np.log10(simulate(scenario).intensity.values.mean())
 
 
-@pytest.mark.parametrize("apart", [0.0, 1e-3], ids=["quick way", "general way"])
+@pytest.mark.parametrize("apart", [0.0, 1e-3], ids=["fast reverberation", "general engine"])
 @pytest.mark.parametrize("speed", [2.0, 5.0])
 def test_sand_is_weaker_by_what_two_parted_beams_share(speed, apart):
     """Integral of sinc^2 u sinc^2 (u - 2 v L / c wavelength) over that of sinc^4: 0.27 dB at 2 m/s; to 0.02 dB."""
@@ -41,7 +41,7 @@ def test_sand_is_weaker_by_what_two_parted_beams_share(speed, apart):
 
 
 def test_both_ways_to_the_ground_turn_alike():
-    """Moving and yawing, with bounces: the quick way and the general one differ by what they do at rest, 0.02 dB."""
+    """Moving and yawing, with bounces: fast reverberation and general engine differ as at rest, by 0.02 dB."""
     levels = [[mean_db(abeam(3.0, apart=apart, hop=hop, motion=YAW, max_reflections=1)) for hop in (False, True)]
               for apart in (0.0, 1e-3)]  # fmt: skip
     (quick, still), (general, rest) = levels

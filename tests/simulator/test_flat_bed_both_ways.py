@@ -1,4 +1,4 @@
-"""A flat Lambert bed from 20 to 150 m is the sonar equation, by the quick way and by the general one."""
+"""A flat Lambert bed from 20 to 150 m is the sonar equation, by the fast reverberation and in general."""
 
 from dataclasses import replace
 

@@ -55,15 +55,18 @@ def test_objects_add_up_to_the_incoherent_reading(whole):
 
 
 def test_pairs_alone_are_the_level_curves(whole):
-    """The same pair of families, by object here and by cause in `levels`: to 1e-4 dB.
+    """The same pair of families, by object here and by contribution in `levels`: to 1e-4 dB.
 
     Labels leave out the receiver filter's weak ringing, which is 5e-6 of a sample 33 dB below the strongest.
     """
     scenario, masks = whole
     curves = levels(scenario).level_db
     for pair in ("D-D", "D-S", "S-S", "D-BS"):
-        causes = sum(10 ** (curves.sel(contribution=cause, pair=pair).values / 10) for cause in ("seabed", "target"))
-        np.testing.assert_allclose(masks.pair_intensity.sel(pair=pair).values[0], causes, rtol=2e-5)
+        contributions = sum(
+            10 ** (curves.sel(contribution=contribution, pair=pair).values / 10)
+            for contribution in ("seabed", "target")
+        )
+        np.testing.assert_allclose(masks.pair_intensity.sel(pair=pair).values[0], contributions, rtol=2e-5)
 
 
 @pytest.mark.parametrize("height", [0.5, 1.0, 1.5])

@@ -13,10 +13,10 @@ from oracles.scenes import nominal
 SPEED, FREQUENCY = 1500.0, 100e3
 
 
-def direct_level(cause: str, **scene: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and levels [dB re 1 uPa] of the direct paths of one cause."""
+def direct_level(contribution: str, **scene: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and levels [dB re 1 uPa] of the direct paths of one contribution."""
     scenario = nominal(paths={"max_reflections": 0, "scatterers_per_cell": 10}, targets=[], **scene)
-    curves = insonify.levels(scenario).level_db.sel(contribution=cause, pair="D-D")
+    curves = insonify.levels(scenario).level_db.sel(contribution=contribution, pair="D-D")
     return curves.time.values, curves.values
 
 

@@ -137,12 +137,12 @@ def test_each_family_can_be_switched_off_and_they_add_up():
 
 
 def test_the_expected_level_is_the_sum_of_its_causes():
-    """In layered water as in any other: powers of causes add to the total."""
+    """In layered water as in any other: powers of contributions add to the total."""
     curves = levels(scene(field="incoherent"))["level_db"]
     power = 10 ** (curves / 10)
-    causes = power.sel(contribution=["seabed", "surface", "target", "noise"], pair="all").sum("contribution")
+    contributions = power.sel(contribution=["seabed", "surface", "target", "noise"], pair="all").sum("contribution")
     floor = 1e-8 * float(power.max())  # far below the echoes the filter's ringing may be less than nothing, and is cut
-    np.testing.assert_allclose(causes, power.sel(contribution="total", pair="all"), rtol=1e-6, atol=floor)
+    np.testing.assert_allclose(contributions, power.sel(contribution="total", pair="all"), rtol=1e-6, atol=floor)
 
 
 def test_threads_do_not_matter():

@@ -27,8 +27,11 @@ def everything() -> xr.Dataset:
 
 
 def test_the_total_is_the_sum_of_its_causes(everything: xr.Dataset) -> None:
-    """Energies of causes add: seabed + surface + target + noise, to rounding."""
-    parts = sum(power(everything, contribution=cause, pair=ALL) for cause in ("seabed", "surface", "target", "noise"))
+    """Energies of contributions add: seabed + surface + target + noise, to rounding."""
+    parts = sum(
+        power(everything, contribution=contribution, pair=ALL)
+        for contribution in ("seabed", "surface", "target", "noise")
+    )
     np.testing.assert_allclose(power(everything, contribution="total", pair=ALL), parts, rtol=1e-9)
 
 
@@ -45,12 +48,12 @@ def test_there_is_a_curve_for_each_pair_that_can_be(everything: xr.Dataset) -> N
     named = {pair_name(*pair) for pair in combinations_with_replacement(("D", "S", "B", "SB", "BS"), 2)}
     assert set(everything.pair.values) == named | {ALL}
     received = {
-        cause: {
+        contribution: {
             str(p)
             for p in everything.pair.values
-            if np.isfinite(everything.level_db.sel(contribution=cause, pair=p)).any()
+            if np.isfinite(everything.level_db.sel(contribution=contribution, pair=p)).any()
         }
-        for cause in ("seabed", "surface", "target")
+        for contribution in ("seabed", "surface", "target")
     }
     assert received["target"] == named | {ALL}
     assert received["seabed"] == {pair_name(*p) for p in combinations_with_replacement(("D", "S", "BS"), 2)} | {ALL}
@@ -84,8 +87,10 @@ def test_a_rougher_bed_lifts_its_own_curve_alone() -> None:
                        paths={"geometry": "slice"}))
         for s in (-30.0, -20.0)
     )  # fmt: skip
-    for cause, rise in (("seabed", 10.0), ("surface", 0.0)):
-        change = strong.level_db.sel(contribution=cause, pair=ALL) - quiet.level_db.sel(contribution=cause, pair=ALL)
+    for contribution, rise in (("seabed", 10.0), ("surface", 0.0)):
+        change = strong.level_db.sel(contribution=contribution, pair=ALL) - quiet.level_db.sel(
+            contribution=contribution, pair=ALL
+        )
         np.testing.assert_allclose(change, rise, atol=1e-9)
 
 

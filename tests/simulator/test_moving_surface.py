@@ -65,8 +65,8 @@ def test_ghosts_change_from_ping_to_ping_and_the_target_does_not():
 def test_a_tilting_plane_turns_the_ghosts_too():
     """The paper's plane: echoes with a surface bounce differ from ping to ping, direct ones do not."""
     found = [arrivals(boxes(TILTED, ["D", "S"]), ping) for ping in (0, 3)]
-    for who, same in (("D", True), ("S", False)):
-        rows = [one.take((one.transmit_family == who) & (one.receive_family == who)) for one in found]
+    for family, same in (("D", True), ("S", False)):
+        rows = [one.take((one.transmit_family == family) & (one.receive_family == family)) for one in found]
         assert np.array_equal(rows[0].delay, rows[1].delay) == same
 
 

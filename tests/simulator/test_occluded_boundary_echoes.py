@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.simulator import arrivals
-from simulator.test_boundary_echoes import BENT_WAVES, bed_only, by_family
+from simulator.test_boundary_echoes import CURVED_WAVES, bed_only, by_family
 
 
 def test_a_ridge_between_two_platforms_hides_the_echo_beyond_it(tmp_path):
@@ -37,7 +37,7 @@ def test_two_positions_that_nearly_coincide_receive_the_echoes_of_one(edges):
     """
     pulse = {"pulse": {"kind": "cw", "frequency": 60e3, "duration": 1e-3}, "receiver": {"bandwidth": 5e3}}
     scene = {
-        "order": 2, "seabed": {"relief": [BENT_WAVES]}, "sonar": pulse, "track": {"position": (2.5, 0.0, 11.0)},
+        "order": 2, "seabed": {"relief": [CURVED_WAVES]}, "sonar": pulse, "track": {"position": (2.5, 0.0, 11.0)},
         "paths": {"families": ["S", "B", "SB", "BS"], "edge_diffraction": edges},
     }  # fmt: skip
     one = arrivals(bed_only(**scene))

@@ -1,4 +1,4 @@
-"""Shadows filled by sound that bounced off the sea: many pings empty them again, unless the sea stands still.
+"""Shadows filled by sound that the sea reflected: many pings empty them again, unless the sea stands still.
 
 A wall of 1 m hides the bed behind it from the direct path, from 100 to 112.7 m; sound off the surface comes down
 more steeply, on all of it but the first 3 m. There only surface and surface echoes are received, as from 108 to 112 m.

@@ -1,4 +1,4 @@
-"""Where shadows end and when ghosts come, in still and in evenly bent water: arcs in closed form against the engine."""
+"""Ends of shadows and times of ghosts, in water of one speed and of one gradient: closed forms against the engine."""
 
 from itertools import product
 

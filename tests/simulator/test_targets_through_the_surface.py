@@ -28,11 +28,11 @@ def standing(shape: str, high: float, smooth: float | None, **lie: object) -> di
 
 
 def scenario_of(
-    target: dict[str, object], field: str, *causes: str, duration: float = 0.2e-3, **paths: object
+    target: dict[str, object], field: str, *contributions: str, duration: float = 0.2e-3, **paths: object
 ) -> Scenario:
     """A target about whose echo one ping of one bounce each way is received."""
     sonar = {"pulse": {**PULSE, "duration": duration}}
-    settings = {"contributions": ["target", *causes], "max_reflections": 1, **paths}
+    settings = {"contributions": ["target", *contributions], "max_reflections": 1, **paths}
     return nominal(targets=[target], field=field, paths=settings, surface={"scattering": None}, sonar=sonar, **SHORT)
 
 

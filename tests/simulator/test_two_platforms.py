@@ -147,7 +147,7 @@ def test_elements_wait_as_long_as_the_water_at_the_receiver_predicts():
 
 
 @pytest.mark.parametrize(
-    ("field", "water", "causes", "ground"),
+    ("field", "water", "contributions", "ground"),
     [
         ("coherent", {"sound_speed": SPEED}, ["seabed", "target"], {}),
         ("incoherent", {"sound_speed": SPEED}, ["seabed", "target"], {}),
@@ -156,12 +156,12 @@ def test_elements_wait_as_long_as_the_water_at_the_receiver_predicts():
     ],
     ids=["speckle", "expectation", "thermocline", "rough ground"],
 )
-def test_transmitter_and_receiver_may_be_exchanged(field, water, causes, ground):
+def test_transmitter_and_receiver_may_be_exchanged(field, water, contributions, ground):
     """Platforms, arrays and mountings exchanged, over sand with all bounces: the same series, relative rms 1e-4."""
     faces, receiver = {"bearing": 0.4, "tilt": 0.2}, {"bearing": 1.9, "tilt": -0.1}
     arrays = {"transmit": {**LINE, "length": 0.05}, "receive": POINT, "mounting": faces, "receive_mounting": receiver}
     common = {"field": field, "water": {"noise_level_db": None, **water}, "seabed": SAND | ground,
-              "paths": {"contributions": causes, "max_reflections": 2, "scatterers_per_cell": 1}}  # fmt: skip
+              "paths": {"contributions": contributions, "max_reflections": 2, "scatterers_per_cell": 1}}  # fmt: skip
     swapped = {"transmit": POINT, "receive": arrays["transmit"], "mounting": receiver, "receive_mounting": faces}
     clock = {"window": (0.03, 0.05)}
     one = scenario_of(sonar=arrays, track={**STAYS, **clock}, **common)

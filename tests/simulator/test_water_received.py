@@ -170,7 +170,7 @@ def test_a_wall_hides_the_water_behind_it():
 
 
 def test_the_water_has_a_name_in_arrivals_levels_and_labels():
-    """Object "water" and the patch's own label; their levels are one cause, and labels add up to the whole."""
+    """Object "water" and the patch's own label; their levels are one contribution, and labels add up to the whole."""
     murk = murky(
         window=(0.078, 0.082), families=("D", "S"), water={"patches": [SCHOOL]}, paths={"contributions": ["water"]}
     )

@@ -59,14 +59,14 @@ def test_an_element_at_the_scatterer_itself_receives_no_infinity():
     assert np.isfinite(when[0]) and fade[0] == pytest.approx(100.0)
 
 
-@pytest.mark.parametrize("bent", [False, True], ids=["spheres", "expansion"])
-def test_a_moving_element_crosses_the_wavefront(bent):
+@pytest.mark.parametrize("refracted", [False, True], ids=["spheres", "expansion"])
+def test_a_moving_element_crosses_the_wavefront(refracted):
     """The moment solves |rx(t) - scatterer| = c (t - t0): 1e-11 s at 5 m/s and 0.5 m/s^2; both kernels in one speed."""
     away, way = ways(nearest=5.0)
     start = away / SPEED  # the sound left the scatterer then
     place, velocity, acceleration = np.array([0.3, -0.2, 0.1]), np.array([4.0, -3.0, 0.2]), np.array([0.1, 0.5, -0.3])
     when, fade, doppler = np.empty(200), np.empty(200, np.float32), np.empty(200)
-    kernel = arrival_refracted if bent else arrival_moving
+    kernel = arrival_refracted if refracted else arrival_moving
     kernel(
         columns(2 * start, away, way), 200, ElementMotion(place, velocity, acceleration), water(), when, fade, doppler
     )

@@ -33,7 +33,7 @@ ROLLING = {
 THERMOCLINE = {"profile": [[0, 1520], [2, 1515], [5, 1490]], "smoothing": 0.5, "noise_level_db": None}
 WORLDS = {
     "still": {},
-    "under way": {"track": {k: v for k, v in ROLLING.items() if k != "motion"}},
+    "moving": {"track": {k: v for k, v in ROLLING.items() if k != "motion"}},
     "rolling": {"track": ROLLING},
     "layered": {"water": THERMOCLINE},
     "sub-bands": {"receiver": {"bandwidth": 60e3, "sub_bands": 8}},
@@ -247,7 +247,7 @@ def test_more_beams_lay_no_more_echoes_down():
     assert max(off_db(many[::4], few)) < -85
 
 
-@pytest.mark.parametrize(("order", "world", "rms_db"), [(0, "under way", 0.06), (1, "still", 0.15)])
+@pytest.mark.parametrize(("order", "world", "rms_db"), [(0, "moving", 0.06), (1, "still", 0.15)])
 def test_labels_of_many_beams_are_those_one_by_one(order, world, rms_db, monkeypatch):
     """Past a box, by rows an eighth of a lobe apart: intensities to so many dB rms, masks but for edges.
 

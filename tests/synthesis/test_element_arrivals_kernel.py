@@ -17,7 +17,7 @@ CARRIER, RATE, COUNT, SPEED = 100e3, 40e3, 700, 1500.0
 NEAREST = 6.0
 
 
-def drawn_legs(elements, *, bent, patterns, dopplers, velocity, count=COUNT, farthest=25.0):
+def drawn_legs(elements, *, refracted, patterns, dopplers, velocity, count=COUNT, farthest=25.0):
     """Two legs out and two back between some scatterers and a line of 1 m that turns while it goes ahead."""
     rng = np.random.default_rng(elements)
     along = np.linspace(-0.5, 0.5, elements)[:, None]
@@ -27,7 +27,7 @@ def drawn_legs(elements, *, bent, patterns, dopplers, velocity, count=COUNT, far
     away = rng.uniform(NEAREST, farthest, (2, count))
     way = rng.normal(size=(2, count, 3))
     way /= np.linalg.norm(way, axis=-1, keepdims=True)
-    terms = 13 if bent else 0
+    terms = 13 if refracted else 0
     beside = 1e-12 * rng.normal(size=(2, terms, count))
     weight = (rng.normal(size=(2, 2, count)) * (rng.uniform(size=(2, 2, count)) > 1 / 3)).astype(np.complex64)
     gain = rng.normal(size=(2, patterns, count)).astype(np.float32)
@@ -42,7 +42,7 @@ def drawn_legs(elements, *, bent, patterns, dopplers, velocity, count=COUNT, far
     pair = np.array([[i, j, j] for i in range(2) for j in range(2)])
     shapes = chebyshev_basis(dopplers, velocity * 3e-3)
     middle = 1e-3 if velocity else 0.0
-    water = ArrayWater(1 / SPEED, 0.02 * bent, 1e-3, bent, middle)
+    water = ArrayWater(1 / SPEED, 0.02 * refracted, 1e-3, refracted, middle)
     end = (Reception(0.0, RATE, CARRIER, shapes.weight_table, water),)
     return receive_beams, (PairedLegs(pair, sent, receive_legs, rng.uniform(0.5, 1, (4, count))), receive_beams), end
 
@@ -54,15 +54,17 @@ def silence(elements, dopplers):
 
 
 @pytest.mark.parametrize(
-    ("elements", "bent", "patterns", "dopplers", "velocity"),
+    ("elements", "refracted", "patterns", "dopplers", "velocity"),
     [(20, False, 1, 4, 1.0), (20, False, 3, 6, 1.0), (33, True, 1, 2, 1.0), (20, False, 1, 1, 0.0)],
 )
-def test_nodes_interpolate_to_each_element(elements, bent, patterns, dopplers, velocity):
+def test_nodes_interpolate_to_each_element(elements, refracted, patterns, dopplers, velocity):
     """A line of 1 m from 6 m on, moving and at rest: as deposited element by element, to 2e-6 of the rms."""
-    receive_beams, begin, end = drawn_legs(elements, bent=bent, patterns=patterns, dopplers=dopplers, velocity=velocity)
-    nearest = float(begin[0].receive.horizontal_distance.min()) if bent else NEAREST
+    receive_beams, begin, end = drawn_legs(
+        elements, refracted=refracted, patterns=patterns, dopplers=dopplers, velocity=velocity
+    )
+    nearest = float(begin[0].receive.horizontal_distance.min()) if refracted else NEAREST
     nodes = aperture_nodes(*receive_beams[:3], nearest, 0.04, SPEED / CARRIER)
-    assert bent or len(nodes.position) < elements / 2
+    assert refracted or len(nodes.position) < elements / 2
     few, each = silence(elements, dopplers), silence(elements, dopplers)
     deposit_on_elements(few, few[:0], *begin, nodes, NO_SECTOR, *end)
     spread_echoes(each, *begin, *end)
@@ -70,13 +72,13 @@ def test_nodes_interpolate_to_each_element(elements, bent, patterns, dopplers, v
 
 
 @pytest.mark.parametrize(("dopplers", "velocity"), [(4, 1.0), (1, 0.0)])
-@pytest.mark.parametrize(("bent", "count"), [(False, 5000), (False, 300), (True, 5000)])
-def test_crowded_echoes_come_to_each_element(dopplers, velocity, bent, count):
+@pytest.mark.parametrize(("refracted", "count"), [(False, 5000), (False, 300), (True, 5000)])
+def test_crowded_echoes_come_to_each_element(dopplers, velocity, refracted, count):
     """Some tens of echoes in each cell, and a few, from 6 to 8 m: as deposited element by element, 3e-6 of the rms."""
     receive_beams, begin, end = drawn_legs(
-        20, bent=bent, patterns=1, dopplers=dopplers, velocity=velocity, count=count, farthest=8.0
+        20, refracted=refracted, patterns=1, dopplers=dopplers, velocity=velocity, count=count, farthest=8.0
     )
-    nearest = float(begin[0].receive.horizontal_distance.min()) if bent else NEAREST
+    nearest = float(begin[0].receive.horizontal_distance.min()) if refracted else NEAREST
     nodes = aperture_nodes(*receive_beams[:3], nearest, 0.04, SPEED / CARRIER)
     few, each = silence(20, dopplers), silence(20, dopplers)
     deposit_on_elements(few, few[:0], *begin, nodes, NO_SECTOR, *end)
@@ -86,7 +88,7 @@ def test_crowded_echoes_come_to_each_element(dopplers, velocity, bent, count):
 
 def test_echoes_before_the_grid_are_not_received_by_way_of_a_second_part():
     """Of 33,000 scatterers, more than are taken at once, most echo before the grid: as one by one, none before it."""
-    receive_beams, begin, end = drawn_legs(6, bent=False, patterns=1, dopplers=1, velocity=0.0, count=33_000)
+    receive_beams, begin, end = drawn_legs(6, refracted=False, patterns=1, dopplers=1, velocity=0.0, count=33_000)
     end = (end[0]._replace(first_time=0.028),)
     nodes = aperture_nodes(*receive_beams[:3], NEAREST, 0.04, SPEED / CARRIER)
     few, each = silence(8, 1), silence(6, 1)
@@ -98,7 +100,7 @@ def test_echoes_before_the_grid_are_not_received_by_way_of_a_second_part():
 
 def test_elements_off_a_line_are_evaluated_one_by_one():
     """A bow has no line of nodes: all its elements are nodes, and receive what they receive by themselves, to 1e-6."""
-    receive_beams, begin, end = drawn_legs(12, bent=False, patterns=1, dopplers=3, velocity=1.0)
+    receive_beams, begin, end = drawn_legs(12, refracted=False, patterns=1, dopplers=3, velocity=1.0)
     place = receive_beams.position + np.outer(np.linspace(-1, 1, 12) ** 2, [0.0, 0.0, 0.01])
     nodes = aperture_nodes(place, *receive_beams[1:3], NEAREST, 0.04, SPEED / CARRIER)
     assert isinstance(nodes, ApertureNodes) and len(nodes.position) == 12
@@ -109,7 +111,7 @@ def test_elements_off_a_line_are_evaluated_one_by_one():
     assert np.linalg.norm(few - each) < 1e-6 * np.linalg.norm(each)
 
 
-def test_nodes_are_as_many_as_the_wavefront_is_bent():
+def test_nodes_are_as_many_as_the_wavefront_is_curved():
     """Far off 4 do; at 8 m a line of 1 m takes 7; none are enough where the wavefront is no larger than the line."""
     assert [chebyshev_node_count(away, 0.5, 0.015) for away in (1e4, 8.0)] == [4, 7]
     assert chebyshev_node_count(0.9, 0.5, 0.015) > 10_000

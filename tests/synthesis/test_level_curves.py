@@ -1,4 +1,4 @@
-"""Level curves: the recording taken apart by cause and by pair of families."""
+"""Level curves: the recording taken apart by contribution and by pair of families."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,9 @@ def power(curve):
 def test_the_contributions_add_up_to_the_recording(curves):
     """Seabed + surface + target + noise = total = the incoherent reading."""
     whole = curves.level_db.sel(pair="all")
-    parts = sum(power(whole.sel(contribution=cause)) for cause in ("seabed", "surface", "target", "noise"))
+    parts = sum(
+        power(whole.sel(contribution=contribution)) for contribution in ("seabed", "surface", "target", "noise")
+    )
     np.testing.assert_allclose(power(whole.sel(contribution="total")), parts, rtol=1e-9)
     received = simulate(nominal(field="incoherent", **SCENE)).intensity.values[0, 0]
     np.testing.assert_allclose(parts, received, rtol=1e-6)

@@ -221,9 +221,11 @@ def test_the_name_of_a_pair_does_not_depend_on_its_order(out, back):
 
 
 def test_curves_of_a_channel_add_up():
-    """Total is causes and noise, in the channel requested and no other; twice the noise is 3 dB of it."""
+    """Total is contributions and noise, in the channel requested and no other; twice the noise is 3 dB of it."""
     rng = np.random.default_rng(2)
-    values = {(cause, ALL): rng.exponential(size=(2, GRID.sample_count)) for cause in ("seabed", "target")}
+    values = {
+        (contribution, ALL): rng.exponential(size=(2, GRID.sample_count)) for contribution in ("seabed", "target")
+    }
     for channel in range(2):
         curves = level_curves(values, 0.3, GRID, channel).level_db.sel(pair=ALL)
         power = 10 ** (curves / 10)

@@ -107,12 +107,12 @@ def test_weights_interpolate_waves_of_the_whole_sector():
     assert np.abs(few.weights.astype(float) @ known - interpolated).max() < 1e-6
 
 
-def test_arrays_that_are_bent_or_short_have_no_sector():
+def test_arrays_that_are_curved_or_short_have_no_sector():
     """Elements off a line, or so few that places would save nothing, each receive all their echoes."""
     place = np.outer(np.linspace(-0.5, 0.5, MIN_ELEMENTS), [1.0, 0, 0])
-    bent = place + np.outer(np.linspace(-1, 1, MIN_ELEMENTS) ** 2, [0, 0, 0.01])
+    curved = place + np.outer(np.linspace(-1, 1, MIN_ELEMENTS) ** 2, [0, 0, 0.01])
     assert sector_interpolation(place, 0 * place, 0 * place, GRID, CARRIER, SPEED, PULSE) is not None
-    for other in (bent, place[1:]):
+    for other in (curved, place[1:]):
         assert sector_interpolation(other, 0 * other, 0 * other, GRID, CARRIER, SPEED, PULSE) is None
 
 

@@ -1,4 +1,4 @@
-"""Progress of a long job, for a person who watches; nearly silent otherwise."""
+"""Progress of a long job on a terminal; nearly silent otherwise."""
 
 import sys
 from collections.abc import Callable, Iterator

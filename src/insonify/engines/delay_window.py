@@ -17,7 +17,7 @@ DelayInterval = tuple[float | str, float | str]
 MIN_TRAVEL_TIME_RATIO, MAX_TRAVEL_TIME_RATIO = 0.99, 1.1
 """Least and greatest travel time over that of the straight ray to the image, in water that bends or delays it [1]."""
 BOUNCE_EXCESS_LENGTH = 2.0
-"""Growth of a path by each bounce off waves or slopes, beyond the height of the relief [m]."""
+"""Growth of a path by each reflection off waves or slopes, beyond the height of the relief [m]."""
 
 
 def delay_interval(ping_geometry: PingGeometry, window: DelayInterval | None) -> tuple[float, float]:

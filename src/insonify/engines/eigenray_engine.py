@@ -423,7 +423,7 @@ class EigenrayEngine:
         self, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, selection: PairSelection | None,
         *, elements: bool,
     ) -> Legs:  # fmt: skip
-        """Legs between one end and the scatterers, with bounces off flat boundaries and terrain.
+        """Legs between one end and the scatterers, with reflections off flat boundaries and terrain.
 
         Args:
             position: Position (north, east, depth) of that end [m], shape (3,).

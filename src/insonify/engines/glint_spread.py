@@ -86,7 +86,7 @@ class GlintSpread:
         return self.surface if letter == "S" else self.bed
 
     def spreads(self, family: str) -> bool:
-        """Return True for a family with a bounce off a rough boundary."""
+        """Return True for a family with a reflection off a rough boundary."""
         return any(self.boundary(letter) is not None for letter in bounce_sequence(family))
 
     def legs(self, family: str, source_depth: float, distance: Floats, depth: float) -> LegSpread | None:

@@ -123,10 +123,10 @@ def _renamed(legs: Legs) -> Legs:
 def plate_factors(
     legs: Legs, plate: HullPlate, position: Floats, points: Floats, scene: Scene, frequency: float
 ) -> Complexes:
-    """Factor of the hull on each leg, shape (f, n): of its size on bounces off it, of its shadow on paths past it [1].
+    """Factor of the hull on each leg, shape (f, n): of its size where it reflects, of its shadow on paths past it [1].
 
     Args:
-        legs: Legs by flat boundaries from a position to n points, or glints; H bounces off the hull, S passes it.
+        legs: Legs by flat boundaries from a position to n points, or glints; H is reflected by the hull, S passes it.
         plate: The hull's underside.
         position: North, east, depth at which the legs begin [m], shape (3,).
         points: North, east, depth at which they end [m], shape (n, 3).
@@ -208,7 +208,7 @@ def rectangle_factor(plate: HullPlate, position: Floats, before: Floats, after: 
 def _unfolded_depths(
     family: str, start: float, hull: float, bed: float
 ) -> tuple[list[float], list[float], float, tuple[float, float]]:
-    """Vertical travel to bounces off the hull, to passages of it, to the first bounce, to the last; its depth [m]."""
+    """Vertical travel to the hull's reflections, to passages of it, to the first bounce, to the last; its depth [m]."""
     turning = {"B": bed, "S": 0.0, "H": hull}
     travel, depth, bounces, crossings = 0.0, start, [], []
     for letter in bounce_sequence(family):

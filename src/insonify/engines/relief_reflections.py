@@ -54,7 +54,7 @@ def reflect_off_relief(
     legs: Legs, scatterers: Scatterers, position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
     scene: Scene, *, soft: bool = False, needed: NDArray[np.bool_] | None = None,
 ) -> Legs:  # fmt: skip
-    """Legs as relief leaves them: moved to the planes that they bounce off, dimmed by roughness, hidden by ground.
+    """Legs as relief leaves them: moved to the planes that reflect them, dimmed by roughness, hidden by ground.
 
     Args:
         legs: Legs over the mean plane; their columns are overwritten.
@@ -213,7 +213,7 @@ def coherent_bounce_factor(
 def relief_roughness_factor(
     legs: Legs, position: NDArray[np.float64], terrain: SeabedTerrain, wavelength: float, bed_depth: float
 ) -> NDArray[np.float64]:
-    """Factor of relief's roughness on the coherent sound of all bottom bounces off its mean plane, shape (f, n) [1].
+    """Factor of relief's roughness on the coherent sound of all reflections off its mean plane, shape (f, n) [1].
 
     Args:
         legs: Legs between the position and n points.
@@ -279,7 +279,7 @@ def _displace_refracted(
     legs: Legs, bounced: list[int], unbounced: Legs, scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, scene: Scene,
 ) -> Legs:  # fmt: skip
-    """Bent legs over the mean plane, moved by what local planes change in straight ones.
+    """Refracted legs over the mean plane, moved by what local planes change in straight ones.
 
     To first order a plane that stands h higher under a bounce shortens a leg by 2 h sin(grazing), whatever the water:
     the straight path's change is scaled by the ratio of the sines.

@@ -8,7 +8,7 @@ Brekhovskikh & Lysanov (2003), Fundamentals of Ocean Acoustics, chapter 9 (chapt
 integral). Near a caustic the curvature is held above that at which Airy's function has its value at the caustic.
 
 In layered water the length is the travel time times the speed of the uppermost knot; a path by way of the surface goes
-to the image of its end, in water that is mirrored in the surface.
+to the image of its end, in water with its image above the surface.
 """
 
 from dataclasses import replace
@@ -34,7 +34,7 @@ from insonify.engines._specular_legs_kernel import (
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
 from insonify.propagation.families import bottom_bounces, surface_bounces
 from insonify.propagation.glints import leg_rows
-from insonify.propagation.surface_water import SurfaceWater, mirrored_in_surface, rays_to, surface_water
+from insonify.propagation.surface_water import SurfaceWater, image_in_surface, rays_to, surface_water
 from insonify.recent_results import RecentResults
 from insonify.records.legs import Legs
 from insonify.scene.scene import Scene
@@ -127,9 +127,9 @@ class _FamilyPoints(NamedTuple):
 
 
 def _water(scene: Scene, family: str, speed: float) -> SurfaceWater:
-    """Water of the paths of a family; mirrored in the surface if they are reflected there."""
+    """Water of the paths of a family; with its image above the surface if they are reflected there."""
     water = surface_water(scene, speed, False, False)
-    return mirrored_in_surface(water) if surface_bounces(family) else water
+    return image_in_surface(water) if surface_bounces(family) else water
 
 
 def _images(family: str, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:

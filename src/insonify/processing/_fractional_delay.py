@@ -59,7 +59,7 @@ class TapBlock(NamedTuple):
 
 
 def _tap_coefficients() -> NDArray[np.float32]:
-    """Cubics of the kernel's first two cells in the position y between cells, -1/2..1/2; the others are mirrored.
+    """Cubics of the kernel's first two cells in the position y between cells, -1/2..1/2; the others are those at -y.
 
     Cell j lies j - 3/2 - y cells after the interpolated value. Shape (2, 4), constant term first.
     """

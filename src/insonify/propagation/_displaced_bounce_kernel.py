@@ -21,7 +21,7 @@ WIDEST = 0.9
 
 
 class SurfaceBounces(NamedTuple):
-    """Vertical sequence of an unfolded line with bounces off the surface."""
+    """Vertical sequence of an unfolded line with reflections off the surface."""
 
     starts_upward: bool
     """True if it begins upwards."""

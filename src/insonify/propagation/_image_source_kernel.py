@@ -169,7 +169,7 @@ def first_occluder(
 ) -> int:  # fmt: skip
     """Row of the first box that cuts a leg, or -1.
 
-    Seen from above a leg is one straight line, whatever it bounces off; only its depth folds. `vertical_travel` is
+    Seen from above a leg is one straight line, whatever reflects it; only its depth folds. `vertical_travel` is
     the unfolded vertical travel [m], all in one sense for a leg that bounces.
     """
     for b in range(boxes.shape[0]):

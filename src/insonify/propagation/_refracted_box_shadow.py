@@ -94,7 +94,7 @@ def is_at_boundary(
 ) -> bool:
     """Return True if a ray that has crossed a layer is at a boundary that it cannot pass.
 
-    Below the reflecting plane there is water for rays that do not bounce off it, over deeper terrain.
+    Below the reflecting plane there is water for rays that it does not reflect, over deeper terrain.
     """
     if sine > 0:
         bottom_next = bounce_count < bounces.number and (bounce_count % 2 == 0) != bounces.first_up

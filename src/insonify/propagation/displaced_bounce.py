@@ -87,7 +87,7 @@ def unfold_paths(
 def vertical_travel_to_bounces(
     family: str, depth: float, water_depth: float, boundaries: str = "S"
 ) -> tuple[float, ...]:
-    """Vertical travel of a family's rays up to each surface bounce, or each bounce off some boundaries [m].
+    """Vertical travel of a family's rays up to each surface bounce, or each reflection off some boundaries [m].
 
     Args:
         family: Name of a family with a bounce.

@@ -39,7 +39,7 @@ def eigenrays(
         source_depth: Depth of the source [m], in the water.
         point_depth: Depths of the points [m], in the water, any shape.
         range: Horizontal distances of the points [m], broadcast with the depths.
-        families: Path families: D for direct, or bounces off surface (S) and bottom (B) in turn, source first.
+        families: Path families: D for direct, or reflections off surface (S) and bottom (B) in turn, source first.
         method: "exact", or "table": interpolated between exact rays, faster for many points.
 
     Returns:

@@ -80,7 +80,7 @@ def family_bounces(family: str) -> Bounces:
 def families_reaching(boundary: Boundary, chosen: tuple[str, ...]) -> tuple[str, ...]:
     """Families that reach a scatterer on a boundary without counting its scattering twice.
 
-    A bounce off the boundary of the scatterer, right at the scatterer, is already
+    A reflection off the boundary of the scatterer, right at the scatterer, is already
     part of its scattering law: on the seabed B duplicates D, and SB duplicates S.
 
     Args:

@@ -30,7 +30,7 @@ CELLS = 0x3F
 FIRST = STAGGER + 2
 """Fourth counter of the random number for the first incoherent bounce of a path off both boundaries."""
 PRESENCE = STAGGER + 3
-"""Fourth counter of the random number by which a bounce off the seabed is incoherent."""
+"""Fourth counter of the random number by which a reflection off the seabed is incoherent."""
 ATTEMPTS, ATTEMPT = 64, 128
 """Glints of the seabed that are drawn until one changes the wavenumber little, and counters that each of them takes."""
 MAX_SINGLE_QUANTA = 4.0
@@ -94,7 +94,7 @@ class CalmPaths(NamedTuple):
     image_depth: float
     """Depth of the family's image source [m]."""
     bounces: SurfaceBounces
-    """Bounces off rough boundaries."""
+    """Reflections off rough boundaries."""
     on_bed: NDArray[np.bool_]
     """True for those off the seabed, (bounces,)."""
     frequency: float
@@ -426,7 +426,7 @@ def _cell_of_bounce(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _first_incoherent_bounce(points: GlintPoints, source: GlintSource, on_bed: NDArray[np.bool_], n: int) -> int:
-    """First bounce with a quantum, on the condition that there is one: a path may bounce off both boundaries."""
+    """First bounce with a quantum, on the condition that there is one: a path may be reflected by both boundaries."""
     low, high = points.scatterer_id[n] & np.uint64(0xFFFFFFFF), points.scatterer_id[n] >> np.uint64(32)
     w0, _, _, _ = philox(low, high, source.code, FIRST, *source.key)
     surface = points.phase[n] ** 2 * source.waves.variance[-1]

@@ -347,7 +347,7 @@ def _set_flat_planes(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _zone_ellipses(count: int, k: int, frame: TerrainFrame, workspace: Floats) -> None:
-    """Centres, half axes and directions of the zones about the bounces off one plane, on the grid."""
+    """Centres, half axes and directions of the zones about the reflections off one plane, on the grid."""
     bounce, fraction, sine = _row(k, _BOUNCE), _row(k, _FRACTION), _row(k, _SINE)
     for q in range(np.uint64(count)):
         fraction_before, length = workspace[fraction + q], workspace[_LENGTH + q]

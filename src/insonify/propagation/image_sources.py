@@ -205,7 +205,7 @@ class StraightRays:
         middle, bottom = sum(depths) / 2, self.scene.seabed.depth
         climbs = [abs(boundary_depth - image_depth(name, middle, bottom)) for name in families]
         shortest, longest = (self.scene.water.sound_speed * delay for delay in delays)
-        # a bounce off terrain that is higher or lower displaces the image by twice as much
+        # a reflection off terrain that is higher or lower displaces the image by twice as much
         moved = [relief_height * (1 + 2 * bottom_bounces(name)) for name in families]
         min_vertical, max_vertical = (
             choose(climb + side * move for climb, move in zip(climbs, moved, strict=True))

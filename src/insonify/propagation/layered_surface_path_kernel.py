@@ -135,7 +135,7 @@ def refracted_path(
     Args:
         distance: Horizontal distance of the point [m].
         height: Its height above the mean surface [m].
-        unfolded: Depth of the end, mirrored in the bottom for a path with a bottom bounce [m].
+        unfolded: Depth of the end, that of its image in the bottom for a path with a bottom bounce [m].
         bottom: True for a path with a bottom bounce.
         water: The water.
         guess: Approximate `RefractedPath.v`; 0 for none.
@@ -223,7 +223,7 @@ def greatest_distance(unfolded: float, bottom: bool, water: SurfaceWater) -> flo
 def calm_bounce(
     distance: float, before: float, after: float, water: SurfaceWater
 ) -> tuple[float, RefractedPath, RefractedPath]:
-    """Distance of the bounce off a calm surface from the start, and the rays from both ends to it.
+    """Distance of the reflection off a calm surface from the start, and the rays from both ends to it.
 
     Args:
         distance: Horizontal distance of both ends [m].

@@ -44,7 +44,7 @@ class RayFan:
     turns: Integers
     """Turning points up to and at each vertex, shape (vertices,)."""
     boundaries: tuple[str, ...]
-    """Boundaries that each ray bounced off, in order: S surface, B bottom."""
+    """Boundaries that reflected each ray, in order: S surface, B bottom."""
 
     def __len__(self) -> int:
         """Number of rays."""
@@ -85,7 +85,7 @@ def trace_fan(
         source_depth: Depth of the source [m].
         launch_elevation: Launch elevations, + down, between -pi/2 and pi/2 [rad], shape (rays,) or one.
         max_range: Horizontal distance at which rays end [m].
-        max_bounces: Largest number of bounces off surface and bottom; at the next one the ray ends.
+        max_bounces: Largest number of reflections off surface and bottom; at the next one the ray ends.
         step: Longest range between vertices of a refracted ray [m]; infinite for its knots, turning points and bounces.
 
     Returns:

@@ -29,7 +29,7 @@ def apply_surface_reflection(
         follow_bed: False: bottom bounces are left as they are.
 
     Returns:
-        Transmit legs and receive legs: of the same families, of which those that bounce off a rough boundary may
+        Transmit legs and receive legs: of the same families, of which those reflected by a rough boundary may
         have further rows.
     """
     if scene.surface.reflection == "tilted":

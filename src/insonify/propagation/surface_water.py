@@ -25,7 +25,7 @@ def surface_water(scene: Scene, speed: float, bottom_before: bool, bottom_after:
     )  # fmt: skip
 
 
-def mirrored_in_surface(water: SurfaceWater) -> SurfaceWater:
+def image_in_surface(water: SurfaceWater) -> SurfaceWater:
     """Water with its image above the mean surface, for rays by way of it; paths by both boundaries stay as they are."""
     if not water.depth.size:
         return water
@@ -41,7 +41,7 @@ def rays_to(points: Floats, end: Floats, water: SurfaceWater) -> Floats:
 
     Args:
         points: North, east, depth of the points, all below the end [m], shape (n, 3).
-        end: North, east, depth of the end, or of its image in the surface of mirrored water [m], shape (3,).
+        end: North, east, depth of the end, or of its image in the surface [m], shape (3,).
         water: Layered water.
     """
     rays = np.empty((len(points), 6))

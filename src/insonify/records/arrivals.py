@@ -81,7 +81,7 @@ class Arrivals:
 
     @property
     def bounces(self) -> NDArray[np.int64]:
-        """Specular bounces off surface and bottom, both legs together, shape (n,)."""
+        """Specular reflections off surface and bottom, both legs together, shape (n,)."""
         names = np.char.replace(self.transmit_family, "D", ""), np.char.replace(self.receive_family, "D", "")
         return np.asarray(np.char.str_len(names[0]) + np.char.str_len(names[1]))
 

@@ -27,7 +27,7 @@ MAX_LOSS_DB = 15.0
 
 
 def bubble_loss_db(wind_speed: ArrayLike, frequency: ArrayLike, grazing: ArrayLike) -> Floats:
-    """Loss by bubbles per bounce off the surface, incident and reflected leg together [dB].
+    """Loss by bubbles per reflection off the surface, incident and reflected leg together [dB].
 
     Args:
         wind_speed: Wind 10 m above the sea [m/s], any shape.

@@ -35,7 +35,7 @@ def aperture_warnings(scenario: ScenarioParts, wavelength: float) -> Iterator[st
 def _near_field_warning(array: LineArray | PlanarArray | PointTransducer, wavelength: float, farthest: float) -> str:
     """Warning on an array so long that its whole range lies in its near field, where its beam is no far-field pattern.
 
-    At a quarter of L^2 / wavelength the wavefront of a point is bent by half a wavelength over the array.
+    At a quarter of L^2 / wavelength the wavefront of a point is curved by half a wavelength over the array.
     """
     size = _size(array)
     if size**2 / (4 * wavelength) <= farthest:

@@ -73,15 +73,15 @@ def required_curvature_radius(scenario: ScenarioParts, ends: dict[str, Floats]) 
 
 def _ends(scenario: ScenarioParts, positions: Floats) -> Iterator[tuple[Boundary, Floats, float, float]]:
     """Boundary of what paths end at, its depths, and distances over ground from the track, nearest and farthest [m]."""
-    scene, causes = scenario.scene, scenario.paths.contributions
+    scene, contributions = scenario.scene, scenario.paths.contributions
     bed, law = scene.seabed.terrain, scenario.seabed.law(scenario.sonar.pulse.frequency, 1500.0)
-    if "seabed" in causes and law is not None:
+    if "seabed" in contributions and law is not None:
         yield "seabed", np.array([scene.seabed.depth] if bed is None else [bed.depth, *bed.span]), 0.0, np.inf
-    if "surface" in causes and scenario.surface.scattering is not None:
+    if "surface" in contributions and scenario.surface.scattering is not None:
         yield "surface", np.zeros(1), 0.0, np.inf
-    if "water" in causes and scene.water.scatters:
+    if "water" in contributions and scene.water.scatters:
         yield "water", np.linspace(0.0, scene.seabed.depth, 2 * DEPTHS), 0.0, np.inf
-    if "target" not in causes:
+    if "target" not in contributions:
         return
     cylinders = [(*one[:3], one[3], one[4]) for one in bounding_cylinders(scene)]
     cylinders += [

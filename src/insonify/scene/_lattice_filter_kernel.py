@@ -78,7 +78,7 @@ def _filter_columns(values: Floats) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def spline_coefficients(values: Floats) -> Floats:
-    """Coefficients of the cubic spline through values at the nodes, mirrored at the edges.
+    """Coefficients of the cubic spline through values at the nodes, reflected at the edges.
 
     Args:
         values: Values, (a, b), at least two along each axis.

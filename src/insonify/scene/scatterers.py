@@ -28,7 +28,7 @@ class Scatterers:
     object: str
     """Name of their object: "seabed", "surface", "water" or the label of a target or a patch."""
     boundary: Boundary
-    """Boundary that they lie on; no leg has its last bounce off it. "boundary echo": the transmitter itself, see
+    """Boundary that they lie on; no leg has its last reflection off it. "boundary echo": the transmitter itself, see
     `insonify.engines.boundary_echoes`."""
     law: Law | KirchhoffFacet | KirchhoffPatch
     """Scattering law."""

@@ -170,14 +170,14 @@ class GroupList(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _empty_list(groups: int, replicas: int) -> GroupList:
-    """A list with room for some groups and replicas, without any."""
+    """A list with capacity for some groups and replicas, without any."""
     return GroupList(np.zeros(groups + 1, np.int64), np.empty(replicas), np.empty(replicas, np.complex128),
                      np.empty(groups), np.zeros(2, np.int64))  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _with_room(some: GroupList, groups: int, replicas: int) -> GroupList:
-    """A list with room for more groups and replicas: itself, or a copy twice as long."""
+def _with_capacity(some: GroupList, groups: int, replicas: int) -> GroupList:
+    """A list with capacity for more groups and replicas: itself, or a copy twice as long."""
     group_count, count = some.counts
     if group_count + groups <= some.row.size and count + replicas <= some.delay.size:
         return some
@@ -313,7 +313,7 @@ def deposit_pairs_on_rows(
                 begin = end
                 continue
             number_count = direction[begin:end].max() + 1
-            by_direction = _with_room(by_direction, number_count, end - begin)
+            by_direction = _with_capacity(by_direction, number_count, end - begin)
             for number in range(number_count):
                 energy_sum, row_sum = 0.0, 0.0
                 for k in range(begin, end):
@@ -325,7 +325,7 @@ def deposit_pairs_on_rows(
                 _end_group(by_direction, group_row[number])
             if number_count > 1:
                 most = number_count * (number_count - 1), number_count * (end - begin)
-                added, subtracted = _with_room(added, *most), _with_room(subtracted, *most)
+                added, subtracted = _with_capacity(added, *most), _with_capacity(subtracted, *most)
                 _append_interference(
                     added, subtracted, delay[begin:end], weight[begin:end], direction[begin:end],
                     group_row[:number_count], grid.row_phase,

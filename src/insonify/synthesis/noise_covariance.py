@@ -100,7 +100,7 @@ def _direction_average(ping_geometry: PingGeometry, directionality: Directionali
     channels = patterns.channel_count if ping_geometry.elements is None else len(position)
     covariance = np.zeros((channels, channels), complex)
     is_flat = directionality == "isotropic" and np.ptp(position[:, 2]) == 0
-    parts = _directions(patterns, position / wavelength, orientation, max(1, AT_ONCE // channels), mirrored=is_flat)
+    parts = _directions(patterns, position / wavelength, orientation, max(1, AT_ONCE // channels), symmetric=is_flat)
     for direction, weight in parts:
         outward = direction @ patterns.axes
         density = (
@@ -127,7 +127,7 @@ def _patterns(patterns: Beams, orientation: Floats, outward: Floats) -> Floats:
 
 
 def _directions(
-    patterns: Beams, position: Floats, orientation: Floats, max_directions: int, *, mirrored: bool
+    patterns: Beams, position: Floats, orientation: Floats, max_directions: int, *, symmetric: bool
 ) -> Iterator[tuple[Floats, Floats]]:
     """Directions in the array's frame and their solid angles [sr], in batches of limited size.
 
@@ -136,7 +136,7 @@ def _directions(
         position: Channel positions in the array's frame [wavelengths], shape (m, 3).
         orientation: Orientations of the elements [rad], shape (m,).
         max_directions: Largest number of directions in a batch.
-        mirrored: True if the elements receive equally from above and below the array's plane.
+        symmetric: True if the elements receive equally from above and below the array's plane.
     """
     # the tables have this many rows per wavelength of aperture
     across, down, piston_across, piston_down = patterns.per_unit / POINTS_PER_LOBE
@@ -150,11 +150,11 @@ def _directions(
         around = _gauss(quarters, 2 * np.pi * np.hypot(height, ahead))
         frame = [1, 0, 2]
     else:
-        along = _gauss(np.array([0.0, 1.0]) if mirrored else np.array([-1.0, 0.0, 1.0]), extent)
+        along = _gauss(np.array([0.0, 1.0]) if symmetric else np.array([-1.0, 0.0, 1.0]), extent)
         count = max(MIN_AZIMUTHS, _node_count(2 * np.pi * np.hypot(width, ahead)) * 2)
         around = (np.arange(count) + 0.5) * 2 * np.pi / count, np.full(count, 2 * np.pi / count)
         frame = [2, 0, 1]
-        along = (along[0], 2 * along[1]) if mirrored else along
+        along = (along[0], 2 * along[1]) if symmetric else along
     rows = max(1, max_directions // len(around[0]))
     for first in range(0, len(along[0]), rows):
         pole, azimuth = (grid.ravel() for grid in np.meshgrid(along[0][first : first + rows], around[0], indexing="ij"))
