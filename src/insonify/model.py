@@ -257,5 +257,5 @@ Depth = Annotated[Metres, AfterValidator(_below_surface), Field(gt=0, le=MAX_DEP
 """Depth of a point in the water [m]."""
 Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
 """North or east of a point, or depth of a platform [m]."""
-Heading = Annotated[Radians, Field(ge=-2 * math.pi, le=2 * math.pi)]
+Heading = Annotated[Radians, Field(ge=-4 * math.pi, le=4 * math.pi)]
 """Direction in the horizontal plane, clockwise from north or from an axis [rad]."""

@@ -68,7 +68,7 @@ def backproject(
         >>> pixels = [[0, 30, 0], [0.05, 30, 0]]  # at the point, and half a resolution of 10 cm ahead of it
         >>> image = backproject(echo[:, None], time, track, track[:, None], pixels, centre_frequency=100e3)
         >>> print(abs(image).round(2))
-        [1. 0.71]
+        [1.   0.69]
     """
     series, clock = _pings(pressure, np.size(time)), uniform_clock(time)
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
