@@ -78,7 +78,7 @@ def rendered(
         source: Position of the transmitting point along the line [m]; None: the points transmit.
         grid: Time grid.
         carrier: Carrier [Hz].
-        spectrum: Of the pulse at the grid's frequencies [s].
+        spectrum: Spectrum of the pulse at the grid's frequencies [s].
     """
     count, elements = len(position), len(across)
     radius = np.linalg.norm(position, axis=1)

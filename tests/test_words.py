@@ -56,6 +56,12 @@ def test_docstrings_that_open_with_a_question_are_noticed(words, text, count):
     assert len(words.questions({"a.py": ast.parse(text)})) == count
 
 
+def test_descriptions_name_their_value(words):
+    """An argument and an attribute that begin with Of, in the package alone; a name of a description is enough."""
+    text = '"""Sum.\n\n    Args:\n        n: Of rows.\n        m: Row of Of.\n"""\nx: int\n"""Of it."""\n'
+    assert words.unnamed_values({"src/a.py": text, "tests/a.py": text}) == ["src/a.py:4: Of", "src/a.py:8: Of"]
+
+
 @pytest.mark.parametrize(
     ("text", "count"),
     [

@@ -13,6 +13,8 @@ from pathlib import Path
 
 QUESTION = re.compile(r"(Which|What|Whether|How|Who|Whose|Where|When|Why)\b")
 """First words of a docstring that means a value without naming it."""
+UNNAMED = re.compile(r'^\s*(?:"""|\*{0,2}\w+: )Of\b', re.MULTILINE)
+"""Description of an attribute or argument that continues its name and does not stand alone."""
 REPLACED = (
     "hear", "hears", "heard", "unheard", "hearing", "listen", "listens", "listening", "listener", "deaf", "ear", "ears",
     "told", "tell", "tells", "telling", "ask", "asks", "asked", "asking", "answer", "answers", "answered", "say",
@@ -22,8 +24,8 @@ REPLACED = (
     "obey", "forgets", "wanted", "bent", "bounce off", "bounces off", "bounced off", "under way", "quick way",
 )  # fmt: skip
 """Words that `docs/glossary.md` replaces, in identifiers (each part of them), docstrings, comments, messages, texts."""
-PACKAGE = ("mirrored",)
-"""Words that the package alone replaces; tests may mirror a world."""
+PACKAGE = ("mirrored", "from memory")
+"""Words that the package alone replaces; tests may mirror a world and read a recording from memory."""
 NAMES = ("way", "ways", "place", "places", "wants", "cause", "causes", "room", "rooms")
 """Words that are no names of values in the package: path, direction, position, location, contribution, buffer."""
 ALLOWED = {
@@ -56,6 +58,7 @@ BARS = {
     "class names used twice": 0,
     "class names as words": 0,
     "docstrings that open with a question": 0,
+    "descriptions that open with Of": 0,
     "replaced words": 0,
 }
 """Occurrences of each kind."""
@@ -87,6 +90,16 @@ def questions(trees: dict[str, ast.Module]) -> list[str]:
                     if QUESTION.match(text):
                         found.append(f"{name}:{line.lineno}: {text.splitlines()[0][:60]}")
     return found
+
+
+def unnamed_values(texts: dict[str, str]) -> list[str]:
+    """Descriptions in the package that begin with Of."""
+    return [
+        f"{name}:{text.count(chr(10), 0, match.end()) + 1}: Of"
+        for name, text in texts.items()
+        if name.startswith("src/")
+        for match in UNNAMED.finditer(text)
+    ]
 
 
 def class_names_as_words(texts: dict[str, str], trees: dict[str, ast.Module]) -> list[str]:
@@ -159,7 +172,8 @@ def main(root: Path, *, listed: bool) -> int:
         if (name := p.relative_to(root).as_posix()) not in UNREAD
     }
     lists = (
-        repeated_classes(trees), class_names_as_words(texts, trees), questions(trees), replaced_words(texts | pages)
+        repeated_classes(trees), class_names_as_words(texts, trees), questions(trees), unnamed_values(texts),
+        replaced_words(texts | pages),
     )  # fmt: skip
     found = dict(zip(BARS, lists, strict=True))
     wrong = False

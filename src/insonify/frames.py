@@ -47,8 +47,8 @@ def mounting_rotation(bearing: ArrayLike, tilt: ArrayLike = 0.0) -> Floats:
     """Attitude of an array on its platform: its boresight, right and down directions.
 
     Args:
-        bearing: Of the boresight, clockwise from the bow [rad], any shape.
-        tilt: Of the boresight, down from the deck plane [rad], broadcast against bearing.
+        bearing: Bearing of the boresight, clockwise from the bow [rad], any shape.
+        tilt: Tilt of the boresight, down from the deck plane [rad], broadcast against bearing.
 
     Returns:
         Rotation, body to array, shape (..., 3, 3). Its rows are the array's axes in the

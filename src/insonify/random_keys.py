@@ -228,7 +228,7 @@ def uniforms(
     """Four uniform numbers for every set of four counters.
 
     Args:
-        seed: Of the scenario [1].
+        seed: Seed of the scenario [1].
         stream: Number of the random stream [1].
         c0: First counter, whole numbers of any sign, any shape; the low 32 bits count [1].
         c1: Second counter, broadcast against the first [1].
@@ -251,7 +251,7 @@ def complex_normals(
     """Circular complex Gaussian samples of unit mean power, E|w|^2 = 1.
 
     Args:
-        seed: Of the scenario [1].
+        seed: Seed of the scenario [1].
         stream: Number of the random stream [1].
         ping: Number of the ping [1].
         channel: Number of the channel of the ping [1].

@@ -110,7 +110,7 @@ def require_grazing_angle(name: str, value: ArrayLike, *, gaps: bool = True) -> 
     """A grazing angle in front of an interface, 0 to pi/2 [rad], any shape; others are refused as by `require_numbers`.
 
     Args:
-        name: Of the angle.
+        name: Name of the angle in messages.
         value: Value that was given.
         gaps: True if NaN may pass.
     """
@@ -124,7 +124,7 @@ def require_sound_speed(name: str, value: ArrayLike, *, gaps: bool = True) -> ND
     """A sound speed that some liquid has [m/s], any shape; others are refused as by `require_numbers`.
 
     Args:
-        name: Of the speed.
+        name: Name of the speed in messages.
         value: Value that was given.
         gaps: True if NaN may pass.
     """

@@ -46,7 +46,7 @@ def measured(kind, first, second=None):
 def test_noise_of_a_moving_mean_has_the_correlation_of_a_triangle(width, gaps):
     """1 - lag / width of complex noise; of its amplitudes, pi/4 (2F1(-1/2, -1/2; 1; rho^2) - 1) / (1 - pi/4).
 
-    Rice (1945), section 3.7 (from memory). 22 000 samples, the last ones quietest by 40 dB: 0.03 is three errors.
+    Rice (1945), section 3.7 (not verified). 22 000 samples, the last ones quietest by 40 dB: 0.03 is three errors.
     """
     white = speckle(1, 400, 1, 895 + width)
     noise = sum(white[..., k : k + 895] for k in range(width)) / np.sqrt(width)

@@ -62,7 +62,7 @@ def test_wind_noise_is_what_is_read_from_wenzs_curves():
 
 
 def test_two_models_of_wind_noise_agree():
-    """Vagle, Large & Farmer (1990), quoted from memory: 20 log10(53.91 U - 104.5) dB at 8 kHz; 4 dB apart at most."""
+    """Vagle, Large & Farmer (1990), quoted, not verified: 20 log10(53.91 U - 104.5) dB at 8 kHz; 4 dB apart at most."""
     wind = np.array([5.0, 7.5, 10.0, 15.0])
     np.testing.assert_allclose(wind_noise_db(8e3, wind), 20 * np.log10(53.91 * wind - 104.5), atol=4)
 

@@ -22,7 +22,7 @@ def strip(targets=(), *, places=PLACES, track=None, sonar=None, receiver=None, p
 
     Args:
         targets: Places of point targets of 0 dB: north, east, depth.
-        places: Of the elements, ahead of the array's middle [m].
+        places: Positions of the elements, ahead of the array's middle [m].
         track: Changes to the track: 36 pings over 7 m north, stop and hop.
         sonar: Changes to the sonar.
         receiver: Changes to the receiver.
@@ -79,7 +79,7 @@ def image(pixels, target, sent, received, *, widest=np.pi / 2, speed=SPEED, beam
         sent: Where the sound was sent from, shape (ping, 3).
         received: Where it was received, shape (ping, channel, 3).
         widest: Angle off broadside beyond which a ping counts for nothing [rad].
-        speed: Of sound, as the processor believes.
+        speed: Speed of sound that the processor takes.
         beams_follow_frequency: Whether patterns are those of every frequency, or of the carrier's alone.
     """
     offset, spectrum = band()

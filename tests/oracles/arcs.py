@@ -1,7 +1,7 @@
 """Rays in water whose sound speed grows evenly with depth: arcs of circles, in closed form by Snell's constant.
 
 Legs that go one way between their bounces, so that depth gives where a ray is. Shares no code with the project.
-Source: arcs of constant gradient, as in Urick (1983), Principles of Underwater Sound, ch. 5; from memory.
+Source: arcs of constant gradient, as in Urick (1983), Principles of Underwater Sound, ch. 5; not verified.
 """
 
 from dataclasses import dataclass

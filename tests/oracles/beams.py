@@ -79,7 +79,7 @@ def gain(way, frame, wavelength, steer, *, width, height=0.0, columns=None, rows
     Args:
         way: Unit vector from the sonar outward, in the world.
         frame: Boresight, right, down as columns in the world.
-        wavelength: Of the carrier [m].
+        wavelength: Wavelength of the carrier [m].
         steer: Angles to the right and down [rad].
         width: Extent to the right [m].
         height: Extent down [m]; 0 for a line.

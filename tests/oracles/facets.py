@@ -2,8 +2,8 @@
 
 Nothing of the propagation's draws: the spectrum is integrated here, and a flash is wherever a slope of the right
 probability would mirror the source into the point (Kirchhoff's integral by stationary phase; Ishimaru 1978, ch. 21,
-from memory: (q / q_z)^4 P(slopes) / 4 for each area, over both distances squared). The first order in slopes is that of
-a plane tilted by them.
+not verified: (q / q_z)^4 P(slopes) / 4 for each area, over both distances squared). The first order in slopes is that
+of a plane tilted by them.
 """
 
 from dataclasses import dataclass

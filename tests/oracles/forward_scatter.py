@@ -2,7 +2,7 @@
 
 The mean intensity is that of the coherent reflection and of all patches, each with Kirchhoff's cross section for
 heights of a Gaussian surface, itself an integral over the correlation function. Source: Ishimaru (1978), Wave
-Propagation and Scattering in Random Media, chapter 21 (chapter from memory; its total is 1 for a smooth plane).
+Propagation and Scattering in Random Media, chapter 21 (chapter not verified; its total is 1 for a smooth plane).
 """
 
 import numpy as np

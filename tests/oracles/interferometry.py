@@ -19,7 +19,7 @@ def surveyed(baselines, pulse, band, window, *, pings, hop=2.0, paths=None, rece
     Args:
         baselines: Distances of pairs of receivers about one middle [wavelengths]; the upper one comes first.
         pulse: Changes to a pulse at 150 kHz.
-        band: Of the receiver [Hz].
+        band: Bandwidth of the receiver [Hz].
         window: Recorded [s].
         pings: Number of pings.
         hop: Distance between pings [m].
@@ -77,7 +77,7 @@ def footprint(time, waves, pulse, duration):
         time: After the start of transmission [s], shape (time,).
         waves: Distance of the receivers [wavelengths].
         pulse: As received, a function of time.
-        duration: Of the pulse [s].
+        duration: Duration of the pulse [s].
     """
     up = np.array([0.0, np.sin(TILT), -np.cos(TILT)]) * waves * WAVE / 2
     azimuth, held = np.linspace(-1, 1, 15) * np.arcsin(WAVE / LENGTH), []

@@ -7,13 +7,13 @@ def reflected(height, start, end, wavenumber, along, across, edge=0.15):
     """Pressure re that at 1 m, with the mirror's sign taken off: 1 / (r1 + r2) times its phasor for a level surface.
 
     p = (j k / 2 pi) integral of (N . r1) / (r1 r2) exp(-j k (r1 + r2)) dx dy, N the normal with 1 upwards, twice the
-    normal derivative of what comes in, as on a pressure-release surface (Pierce 1981, Acoustics, ch. 4, from memory).
+    normal derivative of what comes in, as on a pressure-release surface (Pierce 1981, Acoustics, ch. 4, not verified).
 
     Args:
         height: Function of north and east that gives height, and slopes north and east.
         start: North, east, depth of one end.
         end: The same of the other.
-        wavenumber: Of the sound.
+        wavenumber: Wavenumber of the sound.
         along: First, last north of the surface, and number of points.
         across: The same of east.
         edge: Share of each side over which the surface fades out, so that its edges do not scatter.

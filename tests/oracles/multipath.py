@@ -75,11 +75,11 @@ def pair_intensity(time, pair, sonar, *, strength_db, speed, span, **water):
     arrive together from each point, (2 A)^2, four times the energy of one.
 
     Args:
-        time: Of the recording [s].
+        time: Time of each sample of the recording [s].
         pair: Two families.
         sonar: The sonar.
         strength_db: Lambert's strength [dB].
-        speed: Of sound [m/s].
+        speed: Speed of sound [m/s].
         span: Least and largest radius considered [m].
         water: For `leg`.
     """

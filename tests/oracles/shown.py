@@ -29,7 +29,7 @@ def small(name: str, changes: dict[str, Any] | None = None) -> Scenario:
     """A scenario with less of everything.
 
     Args:
-        name: Of its template.
+        name: Name of its template.
         changes: Further values by dotted name.
     """
     values = parse_model(Scenario, template(name)).model_dump(mode="json")
@@ -50,7 +50,7 @@ def simulated(name: str) -> tuple[Scenario, xr.Dataset]:
     """A small scenario, and its recording.
 
     Args:
-        name: Of its template.
+        name: Name of its template.
     """
     scenario = small(name)
     return scenario, simulate(scenario)

@@ -73,11 +73,11 @@ def received(delay, weight, time, carrier, spectrum, rate, bins):
     """Sum over echoes of weight p(t - delay) exp(-j 2 pi carrier delay), frequency by frequency.
 
     Args:
-        delay: Of each echo [s].
-        weight: Of each echo, without the carrier.
+        delay: Delay of each echo [s].
+        weight: Amplitude of each echo, without the carrier.
         time: Requested [s].
         carrier: Centre frequency [Hz].
-        spectrum: Of the pulse, a function of the offset from the centre [s].
+        spectrum: Spectrum of the pulse, a function of the offset from the centre [s].
         rate: Width of the band over which to sum [Hz].
         bins: Frequencies in it: the sum repeats itself after bins / rate.
     """

@@ -1,6 +1,6 @@
 """A ray in layered water, walked layer by layer along arcs of circles: quickly in plain numbers, or in 50 digits.
 
-Textbook forms (Jensen, Kuperman, Porter & Schmidt (2011), Computational Ocean Acoustics, section 3.3.3, from memory):
+Textbook forms (Jensen, Kuperman, Porter & Schmidt (2011), Computational Ocean Acoustics, section 3.3.3, not verified):
 a layer of gradient g takes a ray of slowness p from elevation sine s1 to s2 over the distance (s1 - s2) / (p g), in the
 time ln(c2 (1 + s1) / (c1 (1 + s2))) / g, along an arc of the length (th1 - th2) / (p g). Digits are lost.
 """

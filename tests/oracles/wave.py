@@ -3,7 +3,7 @@
 For each horizontal wavenumber the depth function is integrated by Numerov's rule from both sides, with half-spaces
 that radiate above the first and below the last knot; there are no boundaries, only the direct field. The integral
 runs a little beside the real axis, where it is smooth (Jensen, Kuperman, Porter & Schmidt (2011), Computational Ocean
-Acoustics, sections 4.3 and 4.5.3, from memory).
+Acoustics, sections 4.3 and 4.5.3, not verified).
 """
 
 import numpy as np

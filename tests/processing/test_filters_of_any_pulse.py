@@ -75,7 +75,7 @@ def test_nothing_of_the_pulses_energy_is_received_stronger_than_the_pulse(seed):
 def test_an_echo_that_moves_is_received_early_or_late_by_its_shift_over_the_rate_of_the_sweep(sweep, shift):
     """Range-Doppler coupling of a sweep: -f_d T / B when it rises, + when it falls; within a tenth of 1 / B.
 
-    Woodward (1953), Probability and Information Theory, with Applications to Radar, ch. 7; from memory.
+    Woodward (1953), Probability and Information Theory, with Applications to Radar, ch. 7; not verified.
     """
     pulse = Pulse(kind="lfm", frequency=F, duration=4e-3, bandwidth=16e3, taper="hann", sweep=sweep)
     late = 4e-3

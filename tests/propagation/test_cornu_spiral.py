@@ -49,7 +49,7 @@ def test_mirrored_numbers_lie_opposite_on_the_spiral(number):
     [(-1.2, -1.2172, 1.3704), (-1.9, -1.8725, 0.7782), (-2.3, -2.3445, 1.1993), (-2.7, -2.7390, 0.8432)],
 )
 def test_fringes_stand_where_fresnel_s_integrals_put_them(near, number, level):
-    """First two bright and dark fringes of a straight edge: 1.370, 0.778, 1.199, 0.843 of the power (from memory)."""
+    """First two bright and dark fringes of a straight edge: 1.370, 0.778, 1.199, 0.843 of the power (not verified)."""
     sign = -1 if level > 1 else 1
     fringe = minimize_scalar(lambda v: sign * power(v), bounds=(near - 0.2, near + 0.2), method="bounded",
                              options={"xatol": 1e-9})  # fmt: skip

@@ -33,7 +33,7 @@ def legs(where, family="S", *, target=FAR, time=0.0, frequency=1e5):
 def travel_time(gradient, distance, depth, up):
     """Time from a depth to a height of the surface: hyperbolic distance up to the mean surface, a straight line above.
 
-    T = 2 / |g| asinh(|g| d / (2 sqrt(c1 c2))), Officer (1958), from memory; the crossing by golden section.
+    T = 2 / |g| asinh(|g| d / (2 sqrt(c1 c2))), Officer (1958), not verified; the crossing by golden section.
     """
 
     def below(across, z):

@@ -192,7 +192,7 @@ def block(turned: float = 0.0) -> Scene:
 def test_a_bright_spot_stands_in_the_middle_of_a_spheres_shadow() -> None:
     """Arago's spot: on the axis behind a ball all of the pressure, about it |J0(2 pi rho a / (lambda d))|; to 0.06.
 
-    Fresnel (1818), Poisson; a disc of radius a at d: Born & Wolf, 8.8.4, for many zones (from memory).
+    Fresnel (1818), Poisson; a disc of radius a at d: Born & Wolf, 8.8.4, for many zones (not verified).
     """
     centre = np.array([0.0, 20.0, 15.5])
     ball = {"shape": "sphere", "position": tuple(centre[:2]), "diameter": 2.0, "base_depth": 16.5}

@@ -41,7 +41,7 @@ def test_the_oracle_runs_straight_where_sound_has_one_speed(family):
 def test_the_oracle_follows_circles_where_the_gradient_is_one(gradient):
     """T = 2 / |g| asinh(|g| d / (2 sqrt(c1 c2))), d the straight distance; amplitude^2 = c_r^2 / (c_0 c_r d'^2) there.
 
-    Source: Officer (1958), from memory; the delay by hand from the hyperbolic distance of a half plane.
+    Source: Officer (1958), not verified; the delay by hand from the hyperbolic distance of a half plane.
     """
     speed = [1500.0, 1500.0 + 200 * gradient]
     for distance in (3.0, 40.0, 200.0):

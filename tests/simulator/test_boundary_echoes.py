@@ -290,7 +290,7 @@ def test_surveyed_waves_six_times_the_fresnel_zone_lose_nothing(wavelength, heig
 def test_a_tilted_bed_in_a_gradient_mirrors_the_ray_that_strikes_it_at_right_angles(tilt, gradient, tmp_path):
     """B off a plane: twice the least travel time to it, within 1 ns, from where that ray starts, with its tube.
 
-    Rays are circles, the travel time a hyperbolic distance (Officer 1958, from memory). Kirchhoff's integral by its
+    Rays are circles, the travel time a hyperbolic distance (Officer 1958, not verified). Kirchhoff's integral by its
     stationary phase, with second derivatives of the closed form by differences, has the same pressure within 0.01 dB.
     """
     east, slope = np.arange(-60, 60.1, 2.0), np.tan(np.radians(tilt))

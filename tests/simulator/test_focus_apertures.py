@@ -68,8 +68,8 @@ def test_a_sonar_that_runs_on_while_it_receives_leaves_the_point_where_it_is():
 
     When the echo comes the receiver is 2 v R / c ahead, so the phase centre, half way between the ends, is v R / c =
     6.0 cm ahead of where stop and hop has it (phase centres as in Bellettini & Pinto 2002, IEEE J. Oceanic Eng. 27(4),
-    from memory; the step is geometry). The echo's phase is that of the pulse's middle: v T / 2 = 1.5 mm more. Pixels of
-    2 mm, a parabola between them: 0.5 mm.
+    not verified; the step is geometry). The echo's phase is that of the pulse's middle: v T / 2 = 1.5 mm more. Pixels
+    of 2 mm, a parabola between them: 0.5 mm.
     """
     fast = recorded(strip([TARGET], track={"speed": 3.0, "interval": 0.2 / 3, "stop_and_hop": False}))
     north = np.arange(-100, 101, 2) * 1e-3

@@ -66,7 +66,7 @@ def test_neighbours_are_as_alike_as_the_transmitter_is_to_itself_moved(shading):
     """Van Cittert & Zernike: coherence is the autocorrelation of the transmitter's weights: a triangle if uniform.
 
     About 220 looks to a ping; of N looks a coherence g is known to (1 - g^2) / sqrt(2 N): six pings, 0.02, and three of
-    that are allowed. Its phase is none. Source: Mallart & Fink (1991), J. Acoust. Soc. Am. 90(5), from memory.
+    that are allowed. Its phase is none. Source: Mallart & Fink (1991), J. Acoust. Soc. Am. 90(5), not verified.
     """
     np.testing.assert_allclose(pairs(shading, 6), autocorrelation(shading), atol=0.06)
 

@@ -81,7 +81,7 @@ def test_a_face_on_the_bed_is_received_by_every_element_as_a_corner():
 def test_canonical_bodies_are_received_at_their_levels(body, far, level_db, bar):
     """Sphere 20 log(a / 2), cylinder 10 log(a L^2 / 2 wavelength), plate 20 log(A / wavelength), in the recording.
 
-    Source: Urick (1983), Principles of Underwater Sound, table 9.1 (from memory); the engine's legs by themselves are
+    Source: Urick (1983), Principles of Underwater Sound, table 9.1 (not verified); the engine's legs by themselves are
     held to the same forms elsewhere.
     """
     assert 20 * np.log10(np.abs(received(body, far)[0]) * far**2) == pytest.approx(level_db, abs=bar)

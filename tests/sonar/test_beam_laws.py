@@ -70,7 +70,7 @@ def test_a_line_responds_to_all_directions_of_a_cone_alike():
 def test_half_a_wavelength_apart_elements_gain_their_number(elements, steer):
     """Mean power over the sphere is exactly 1 / N at half-wavelength pitch, wherever the line is steered.
 
-    The cross terms are sinc(2 d / wavelength (m - n)) and vanish: Urick (1983), ch. 3 (from memory).
+    The cross terms are sinc(2 d / wavelength (m - n)) and vanish: Urick (1983), ch. 3 (not verified).
     """
     array = line(elements / 2, elements=elements, element="omni", steer=[steer])
     node, weight = np.polynomial.legendre.leggauss(120)  # a line's sphere is even in the sine to the right

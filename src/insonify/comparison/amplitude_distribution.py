@@ -3,7 +3,7 @@
 Rayleigh amplitudes have intensities of unit scintillation index and levels of 5.57 dB standard deviation and skewness
 -1.14. The K distribution (Jakeman & Pusey 1976) is fitted by its scintillation index, 2 + 2 / shape; gamma and
 lognormal intensities by the mean of their logarithm, which is sufficient for both together with the mean: Abraham &
-Lyons (2002), IEEE J. Oceanic Eng. 27(4), 800, from memory. The distance of Kolmogorov and Smirnov is that of binned
+Lyons (2002), IEEE J. Oceanic Eng. 27(4), 800, not verified. The distance of Kolmogorov and Smirnov is that of binned
 levels.
 """
 

@@ -3,7 +3,7 @@
 Two draws of one scene are exchangeable, so the difference of any statistic has the distribution of its differences
 under random exchange of units: Pitman (1937), Fisher's permutation test. Intervals: Rubin (1981), Ann. Stat. 9(1), 130,
 the Bayesian bootstrap, which weights units by exponential random numbers. Several measures: Holm (1979), Scand. J.
-Stat. 6(2), 65. All from memory.
+Stat. 6(2), 65. All: not verified.
 """
 
 import numpy as np

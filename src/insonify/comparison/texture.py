@@ -3,7 +3,7 @@
 Local binary patterns: Ojala, Pietikaeinen & Maeenpaeae (2002), IEEE Trans. PAMI 24(7), 971, rotation invariant and
 uniform, eight neighbours. Jensen-Shannon distance: Lin (1991), IEEE Trans. Inf. Theory 37(1), 145, to base 2. Earth
 mover's distance: Rubner et al. (2000), Int. J. Comput. Vision 40(2), 99; in one dimension the area between cumulative
-distributions. All from memory.
+distributions. All: not verified.
 """
 
 import numpy as np

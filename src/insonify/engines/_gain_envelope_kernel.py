@@ -394,7 +394,7 @@ def max_two_way_gain(
         midpoint: North and east of where they are counted from [m], shape (2,).
         axes: Bearings where the positions of largest gain are likely to lie [rad].
         sectors: Bearings of the middles of equal sectors all round [rad].
-        halvings: Of a sector, at most.
+        halvings: Largest number of halvings of a sector.
         close: Ratio to which the largest gain is found [1].
         best: Result.
     """

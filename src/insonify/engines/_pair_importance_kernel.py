@@ -57,7 +57,7 @@ def mark_sampled_families(
 
     Args:
         priority: Priorities of the positions, (n,).
-        range_bin: Of distance that each lies in, (n,).
+        range_bin: Bin of distance of each position, (n,).
         keep_probability: Largest keep probability of the pairs of a family, (f, range bins).
         needed: Result, (f, n).
     """

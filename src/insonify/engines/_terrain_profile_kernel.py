@@ -215,7 +215,7 @@ def profiles_of(
 def bearing_in_turns(x: float, y: float) -> float:
     """Bearing of a direction from the first axis to the second, in turns, 0 to 1, to 4e-9.
 
-    Source: Abramowitz & Stegun (1964), Handbook of Mathematical Functions, 4.4.49 (from memory; the error is measured).
+    Source: Abramowitz & Stegun (1964), Handbook of Mathematical Functions, 4.4.49 (not verified; error measured).
     """
     x_size, y_size = abs(x), abs(y)
     q = min(x_size, y_size) / max(x_size, y_size, 1e-300)

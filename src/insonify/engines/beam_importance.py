@@ -200,7 +200,7 @@ class BeamImportance:
 
         Args:
             tiles: The tiles.
-            bounds: Of these tiles.
+            bounds: Bounds of the gain over these tiles.
             drawn_tiles: Scatterers of the boundary.
             density: Largest fraction of a tile's scatterers that any ping keeps [1], shape (tiles,).
         """

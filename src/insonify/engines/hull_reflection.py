@@ -191,7 +191,7 @@ def rectangle_factor(plate: HullPlate, position: Floats, before: Floats, after: 
         wavelength: Wavelength of the sound [m].
 
     Source: Fresnel's integral over a rectangular aperture, as in Born & Wolf (1999), Principles of Optics, section 8.7
-    (section number from memory). Valid: near normal incidence, the plate's size small against both lengths or
+    (section number not verified). Valid: near normal incidence, the plate's size small against both lengths or
     large against the Fresnel zone.
     """
     from scipy.special import fresnel

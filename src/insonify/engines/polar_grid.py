@@ -176,7 +176,7 @@ class PolarGrid:
 
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).
-            keep_probability: Of `keep_probabilities`; None: all points are kept.
+            keep_probability: Result of `keep_probabilities`; None: all points are kept.
             strips: Narrower cells that each cell is cut into across.
         """
         keep = np.ones((len(tiles), 1, SECTORS_PER_TILE)) if keep_probability is None else keep_probability

@@ -4,7 +4,7 @@ A path over relief is reflected where its length is stationary: at one point of 
 the seabed focus. Each point has the pressure of the stationary phase, that of its tangent plane times sqrt(det H0 /
 |det H|), with H the second derivatives of the path length over the relief, H0 those over the plane, and the phase +90
 degrees for each negative curvature (a caustic touched). Source: stationary phase of Kirchhoff's integral, as in
-Brekhovskikh & Lysanov (2003), Fundamentals of Ocean Acoustics, chapter 9 (chapter from memory; tested against the
+Brekhovskikh & Lysanov (2003), Fundamentals of Ocean Acoustics, chapter 9 (chapter not verified; tested against the
 integral). Near a caustic the curvature is held above that at which Airy's function has its value at the caustic.
 
 In layered water the length is the travel time times the speed of the uppermost knot; a path by way of the surface goes

@@ -87,7 +87,7 @@ class TerrainOcclusion:
             distance: Horizontal distance of each position [m], shape (n,).
             sine: Sine of the launch angle, positive down [1], shape (f, n).
             depth: Depth of each position [m], shape (n,).
-            groups: Of `profile_groups` these positions.
+            groups: Groups of these positions by `profile_groups`.
             on_terrain: True if the positions lie on the seabed: then their depth is that of their slice's line.
             diffraction_factor: Result where it is given: factor of crests of the seabed on the pressure [1], shape
                 (f, n).
@@ -204,7 +204,7 @@ class TerrainOcclusion:
         """Return True if paths with any bounces clear the seabed on the paths to positions, tested sample by sample.
 
         Args:
-            groups: Of `profile_groups` the positions.
+            groups: Groups of the positions by `profile_groups`.
             nodes: Horizontal distance and depth of the sonar, of each bounce and of the position [m], shape (k, n, 2).
             spared: Distance about each of these within which the seabed is the reflecting plane [m], shape (k, n).
             on_terrain: True if the positions lie on the seabed: then paths end on that of their slice's line.

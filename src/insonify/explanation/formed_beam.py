@@ -72,7 +72,7 @@ class FormedBeam:
         """Sample of the beam, formed of the recorded elements [uPa].
 
         Args:
-            pressure: Of one ping, over (channel, time), with its coordinates.
+            pressure: Pressure of one ping, over (channel, time), with its coordinates.
             time: Time of the sample [s].
         """
         part = pressure.isel(channel=self.channels).to_dataset(name="pressure")

@@ -140,7 +140,7 @@ def beamform_fft(
             `beamform_delay_sum` for those.
 
     Source: van Trees (2002), ch. 3.3 and 6 (frequency-domain beamforming); Rabiner, Schafer & Rader (1969), Bell Syst.
-    Tech. J. 48, 1249-1292 (chirp-z transform); from memory.
+    Tech. J. 48, 1249-1292 (chirp-z transform); not verified.
 
     Example:
         >>> time = np.arange(0, 0.03, 1 / 50e3)

@@ -55,8 +55,8 @@ def amplitude_detection(
     Returns:
         Detections, and first and one past last sample of each echo, shape (beam, 2).
 
-    Source: amplitude detection as in Lurton (2010), An Introduction to Underwater Acoustics, 2nd ed., sec. 8.3; from
-    memory. The deviation is the echo's width over the root of the number of samples in it.
+    Source: amplitude detection as in Lurton (2010), An Introduction to Underwater Acoustics, 2nd ed., sec. 8.3; not
+    verified. The deviation is the echo's width over the root of the number of samples in it.
 
     Example:
         >>> time = np.arange(0.03, 0.05, 1e-4)
@@ -100,7 +100,7 @@ def phase_detection(
     Returns:
         Detections; NaN where the echo has fewer than four samples or the line does not cross zero within it.
 
-    Source: phase detection as in Lurton (2010), sec. 8.3, and de Moustier (1988), OCEANS 88; from memory.
+    Source: phase detection as in Lurton (2010), sec. 8.3, and de Moustier (1988), OCEANS 88; not verified.
 
     Example:
         >>> time = np.arange(0.03, 0.05, 1e-4)

@@ -28,7 +28,7 @@ def complex_coherence(first: ArrayLike, second: ArrayLike, looks: int | tuple[in
     Raises:
         ValueError: Shapes that differ, or looks that do not fit.
 
-    Source: van Trees (2002), ch. 2 (coherence); Touzi et al. (1999), IEEE Trans. Geosci. 37(1) (bias); from memory.
+    Source: van Trees (2002), ch. 2 (coherence); Touzi et al. (1999), IEEE Trans. Geosci. 37(1) (bias); not verified.
 
     Example:
         >>> echo = np.exp(1j * np.arange(64.0) ** 2)
@@ -128,7 +128,7 @@ def displaced_phase_centres(first: ArrayLike, second: ArrayLike) -> Floats:
     Returns:
         Modulus of the complex coherence, shape (channel of the first, channel of the second).
 
-    Source: Bellettini & Pinto (2002), IEEE J. Oceanic Eng. 27(4), 780-789; from memory.
+    Source: Bellettini & Pinto (2002), IEEE J. Oceanic Eng. 27(4), 780-789; not verified.
 
     Example:
         >>> field = np.exp(2j * np.pi * np.outer(np.arange(5), np.arange(64)) / 64)  # five unlike series

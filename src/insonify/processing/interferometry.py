@@ -26,7 +26,7 @@ def phase_to_elevation(
         Elevation [rad], shape of phase; NaN where the phase exceeds what the baseline allows.
 
     Source: Lurton (2010), An Introduction to Underwater Acoustics, 2nd ed., sec. 8.4 (interferometric sonar): the
-    phase is k a sin(angle off broadside); from memory. Plane waves: for a point at range R from the middle of a
+    phase is k a sin(angle off broadside); not verified. Plane waves: for a point at range R from the middle of a
     baseline a the angle off broadside is underestimated by (a / 4 R)^2 times the sine of twice the angle.
 
     Example:
@@ -101,7 +101,7 @@ def phase_deviation(coherence: ArrayLike, looks: ArrayLike) -> Floats:
         looks: Number of independent looks N, broadcast against `coherence`.
 
     Source: Rodriguez & Martin (1992), IEE Proc. F 139(2), 147-159 (the Cramer-Rao bound); holds where it is well
-    below a cycle; from memory.
+    below a cycle; not verified.
 
     Example:
         >>> np.degrees(phase_deviation(0.9, looks=[1, 15])).round(1).tolist()

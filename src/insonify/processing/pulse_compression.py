@@ -36,7 +36,7 @@ def matched_filter(
         ValueError: Real series, or a replica without energy in the band.
 
     Source: van Trees (2001), Detection, Estimation, and Modulation Theory, part III, ch. 9 (matched filter of a
-    complex envelope); Cook & Bernfeld (1967), Radar Signals, ch. 7 (weighted sweeps); from memory.
+    complex envelope); Cook & Bernfeld (1967), Radar Signals, ch. 7 (weighted sweeps); not verified.
 
     Example:
         >>> pulse = Pulse(kind="lfm", frequency="100 kHz", bandwidth="20 kHz", duration="2 ms")

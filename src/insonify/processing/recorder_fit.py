@@ -65,7 +65,7 @@ class RecorderFit:
         """Stages with the estimated values.
 
         Args:
-            bits: Of the recorded numbers; None: they are not rounded.
+            bits: Number of bits of the recorded numbers; None: they are not rounded.
         """
         law = {"tvg_db_per_decade": max(self.spreading.value, 0.0), "absorption_db_per_m": self.absorption_db_per_m}
         stages: list[dict[str, object]] = [{"kind": "gain", **law}]
@@ -89,7 +89,7 @@ def fit_recorder(
         simulated_range: Slant range of each sample [m], shape (samples,).
         absorption_db_per_m: One-way absorption that the gain makes up for [dB/m].
         resamples: Number of bootstrap samples of the intervals.
-        seed: Of those samples.
+        seed: Seed of those samples.
 
     Returns:
         Estimates with intervals of 95 %, by resampling blocks of eight pings of both.
@@ -98,7 +98,7 @@ def fit_recorder(
         ValueError: Fewer than 16 pings in one of them, or fewer than three ranges of eight bins in common.
 
     Source: log-cumulants, Nicolas (2002), Traitement du signal 19(3), 139; block bootstrap, Kuensch (1989), Ann.
-    Statist. 17, 1217 (both from memory).
+    Statist. 17, 1217 (both not verified).
 
     Example:
         >>> from insonify.processing.recorder import record_series

@@ -58,7 +58,7 @@ def backproject(
         ValueError: Shapes that do not fit; a limit of angles without a track direction.
 
     Source: Hawkins (1996), thesis, Canterbury, and Callow (2003), thesis, Canterbury (back-projection of synthetic
-    aperture sonar, stop and hop); from memory. For a receiver of constant velocity the delay is a quadratic's root.
+    aperture sonar, stop and hop); not verified. For a receiver of constant velocity the delay is a quadratic's root.
 
     Example:
         >>> north = np.arange(-1, 1.01, 0.05)  # 41 pings of a sonar that runs past a point at 30 m
@@ -117,7 +117,7 @@ def along_track_resolution(half_angle: float, centre_frequency: float, sound_spe
     Raises:
         ValueError: An angle of zero, or beyond a right angle.
 
-    Source: width of a sinc, as in Hawkins (1996), ch. 4; from memory.
+    Source: width of a sinc, as in Hawkins (1996), ch. 4; not verified.
 
     Example:
         >>> round(along_track_resolution(np.arcsin(0.015 / (2 * 0.10)), 100e3), 3)  # of elements of 10 cm

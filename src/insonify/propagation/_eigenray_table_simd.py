@@ -87,7 +87,7 @@ def interpolate_on_line(typing_context: Any, nodes: Any, node_offset: Any, u: An
     """(U, dU/du, V, W, dW/du, Y) at a fraction u of the distance from one node to the next.
 
     Args:
-        typing_context: Of the compiler.
+        typing_context: Typing context of the compiler.
         nodes: All nodes one after another, float64.
         node_offset: Where the first node begins.
         u: Fraction of the distance between the nodes, 0 to 1.
@@ -108,7 +108,7 @@ def interpolate_in_cell(typing_context: Any, nodes: Any, upper: Any, lower: Any,
     """(U, dU/du, dU/dv, W, dW/du, dW/dv) inside one cell.
 
     Args:
-        typing_context: Of the compiler.
+        typing_context: Typing context of the compiler.
         nodes: All nodes one after another, float64.
         upper: Where the node at the cell's upper near corner begins.
         lower: Where the one below it begins.

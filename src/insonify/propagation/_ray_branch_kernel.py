@@ -7,7 +7,7 @@ at the turning kinks. With k_i = 1 - (c_i / c_m)^2 and t_i = sqrt(v^2 + k_i) at 
     X(v) = sum h_j / (t_j + t_j+1) + sum n (c_m / |g|) t_near,     h_j = passages (c_j + c_j+1) dz / c_m,
 
 over the slabs crossed and the half turns: the layer formulas of Officer (1958, Introduction to the theory of
-sound transmission, from memory) without one difference of nearly equal numbers, finite for vanishing gradient.
+sound transmission, not verified) without one difference of nearly equal numbers, finite for vanishing gradient.
 The first sum falls and the second grows with v; so do the parts of their derivatives, and all that happens in an
 interval of v is bounded by its ends.
 """
@@ -171,7 +171,7 @@ def logarithmic_midpoint(a: float, b: float) -> float:
 def distance_extremum(a: float, b: float, slope_a: float, ray_branch: Floats) -> float:
     """Parameter v between a and b of extreme distance, to rounding.
 
-    Regula falsi with the Illinois rule (Dowell & Jarratt 1971, BIT 11, 168, from memory), with occasional halvings.
+    Regula falsi with the Illinois rule (Dowell & Jarratt 1971, BIT 11, 168, not verified), with occasional halvings.
 
     Args:
         a: Lower end.

@@ -2,7 +2,7 @@
 
 Rays of a block go through the slabs together, so that loops over rays are vectorised. Time, length and ray
 tube of a slab in closed form, finite for vanishing gradient, for horizontal rays and at turning points (Officer 1958
-the arcs, from memory; the atanh and arctan forms are rearranged so that nothing nearly equal is subtracted):
+the arcs, not verified; the atanh and arctan forms are rearranged so that nothing nearly equal is subtracted):
 
     t = w atanh(g w) / (g w),  w = dz (c1 + c2) (1 + s1 s2) / ((s1 + s2) (c1^2 + c2^2 s1^2)),
     length = 2 dz / (s1 + s2) atan(y) / y,  y = p g dz / (s1 + s2).

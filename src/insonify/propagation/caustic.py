@@ -2,7 +2,7 @@
 
 Where neighbouring rays cross, the ray tube has zero width and ray theory gives infinite pressure. In the wave equation
 the two rays that merge at a fold are the two halves of one Airy function (Chester, Friedman & Ursell
-1957, Proc. Camb. Phil. Soc. 53, 599; Ludwig 1966, Comm. Pure Appl. Math. 19, 215; both from memory). Its modulus and
+1957, Proc. Camb. Phil. Soc. 53, 599; Ludwig 1966, Comm. Pure Appl. Math. 19, 215; both not verified). Its modulus and
 phase (DLMF section 9.8) give each ray its own factor, so that rays stay separate arrivals and their sum is the wave's.
 """
 
@@ -56,7 +56,7 @@ def fold_factor(
         where
         the amplitude is infinite: such a ray counts as none.
 
-    Source: Chester, Friedman & Ursell (1957), leading term; modulus and phase as in DLMF 9.8.1-9.8.11 (from memory).
+    Source: Chester, Friedman & Ursell (1957), leading term; modulus and phase as in DLMF 9.8.1-9.8.11 (not verified).
     Valid: two merging rays, isolated and of nearly equal amplitudes. Sound in the shadow beyond the fold is neglected:
     3.7 dB below the fold's own at zeta = -0.5, 20 dB at -2.
     """

@@ -27,7 +27,7 @@ def eigenrays(
 ) -> Eigenrays:  # fmt: skip
     """All rays from a source to points, in water whose sound speed depends on depth alone.
 
-    Rays are arcs of circles between the knots of the profile (Officer 1958, from memory), without step length
+    Rays are arcs of circles between the knots of the profile (Officer 1958, not verified), without step length
     or ray fan: delays are exact to rounding, within 2e-16 s of closed forms in 40 digits for direct rays in one
     gradient up to 250 m, and within 1e-11 s of an independent solution for rays in random layers. A point on a
     boundary is reached just before the bounce there: on the seabed D and B coincide. For a family with more than eight

@@ -442,7 +442,7 @@ def _cusp_factor(z: Floats) -> NDArray[np.complex128]:
     """Integral of exp(-j k (a u^2 / 2 + d u^4 / 24)) over its value without d, where z = 3 k a^2 / (4 d).
 
     Source: integral of exp(-p u^2 - q u^4) is sqrt(p / q) / 2 exp(p^2 / 8 q) K_1/4(p^2 / 8 q) (Gradshteyn & Ryzhik
-    3.323, from memory; checked by quadrature), with K by DLMF 10.27.8.
+    3.323, not verified; checked by quadrature), with K by DLMF 10.27.8.
     """
     from scipy.special import hankel2e
 

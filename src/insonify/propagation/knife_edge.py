@@ -11,8 +11,8 @@ line
 in its direction of arrival; a target occludes points on itself without diffraction. Crests of the terrain are edges of
 the same kind, see `engines.terrain_occlusion`.
 
-Source: Born & Wolf (1999), Principles of Optics, 7th ed., 8.7.2-8.7.3 (Fresnel's integrals, the straight edge; from
-memory); ITU-R P.526-15, section 4.1 (the number of a knife edge between two ends; from memory).
+Source: Born & Wolf (1999), Principles of Optics, 7th ed., 8.7.2-8.7.3 (Fresnel's integrals, the straight edge; not
+verified); ITU-R P.526-15, section 4.1 (the number of a knife edge between two ends; not verified).
 """
 
 from dataclasses import replace
@@ -52,7 +52,7 @@ def knife_edge(number: ArrayLike) -> NDArray[np.complex128]:
         (1 + j) / 2 times the integral of exp(-j pi t^2 / 2) from the number on: 1/2 on the edge of the shadow, 0 deep
         in it, 1 far outside, for the time factor exp(+j omega t).
 
-    Source: Born & Wolf (1999), Principles of Optics, 7th ed., 8.7.3, conjugated (from memory).
+    Source: Born & Wolf (1999), Principles of Optics, 7th ed., 8.7.3, conjugated (not verified).
     """
     from scipy.special import fresnel
 

@@ -264,7 +264,7 @@ def _corner(box: Floats, k: int, point: Floats, north: float, east: float) -> tu
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def edge_fresnel_number(edge_offset: float, distance_behind: float, length: float, wavelength: float) -> float:
-    """Fresnel number of an edge from the path around it, to first order ITU-R P.526-15, eq. 26 (from memory).
+    """Fresnel number of an edge from the path around it, to first order ITU-R P.526-15, eq. 26 (not verified).
 
     Args:
         edge_offset: Distance of the edge from the ray [m], with the sign of the number.

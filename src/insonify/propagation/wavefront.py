@@ -49,7 +49,7 @@ def wavefronts(legs: Legs, rows: Iterable[int], position: Floats, points: Floats
         points: North, east, depth of the points [m], shape (n, 3).
         water: Water between.
 
-    Source: Cerveny (2001), Seismic Ray Theory, ch. 4 (from memory); checked against exact rays to every element.
+    Source: Cerveny (2001), Seismic Ray Theory, ch. 4 (not verified); checked against exact rays to every element.
     """
     distance = np.hypot(points[:, 0] - position[0], points[:, 1] - position[1])
     no_expansion = np.zeros((0, len(distance)))

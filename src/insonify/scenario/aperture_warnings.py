@@ -22,7 +22,7 @@ def aperture_warnings(scenario: ScenarioParts, wavelength: float) -> Iterator[st
 
     Args:
         scenario: The scenario.
-        wavelength: Of the sound at the sonar [m].
+        wavelength: Wavelength of the sound at the sonar [m].
     """
     farthest = scenario.track.window[1] * scenario.water.max_sound_speed / 2
     keys: dict[str, list[str]] = {}

@@ -27,7 +27,7 @@ def turn_warnings(scenario: ScenarioParts, wavelength: float) -> list[str]:
 
     Args:
         scenario: A scenario without faults.
-        wavelength: Of the sound at the sonar [m].
+        wavelength: Wavelength of the sound at the sonar [m].
     """
     turned = _turned(scenario)
     if not turned.size:

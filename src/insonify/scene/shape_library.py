@@ -1,7 +1,7 @@
 """Library of target shapes: typical objects on a seabed, as generic bodies of their usual size.
 
 No shape models one product: each has the outline and the usual size of its kind.
-Sources of the sizes stand beside them; one marked "from memory" has not been checked against a document.
+Sources of the sizes stand beside them; one marked "not verified" has not been checked against a document.
 """
 
 from collections.abc import Callable
@@ -116,7 +116,7 @@ def _wreck(_: int) -> Triangles:
 LIBRARY: dict[str, LibraryShape] = {
     "manta": LibraryShape(
         "a squat mine on the seabed, a truncated cone: diameter 0.98 m at the base, 0.5 m at the top, 0.47 m high",
-        "typical of its kind, from memory",
+        "typical of its kind, not verified",
         lambda _: with_axis_up(frustum(0.47, 0.98, 0.5)),
     ),
     "cylinder_mine": LibraryShape(
@@ -126,7 +126,7 @@ LIBRARY: dict[str, LibraryShape] = {
     ),
     "rockan": LibraryShape(
         "a wedge-shaped gliding mine: 1 m long, 0.8 m wide, 0.38 m high",
-        "typical of its kind, from memory",
+        "typical of its kind, not verified",
         lambda _: wedge(1.0, top_length=0.25, width=0.8, height=0.38),
     ),
     "drum": LibraryShape(
@@ -143,21 +143,21 @@ LIBRARY: dict[str, LibraryShape] = {
         lambda _: with_axis_up(torus(0.632, 0.113, width=0.205)),
     ),
     "anchor": LibraryShape(
-        "a stockless ship's anchor, lying: 1.4 m long", "typical of about 400 kg, from memory", _anchor
+        "a stockless ship's anchor, lying: 1.4 m long", "typical of about 400 kg, not verified", _anchor
     ),
     "pipe": LibraryShape(
         "an open steel pipe: 12 m long, 0.324 m in diameter, wall 10.3 mm",
-        "ASME B36.10M, NPS 12 schedule 40: outside 323.8 mm, wall 10.31 mm; from memory",
+        "ASME B36.10M, NPS 12 schedule 40: outside 323.8 mm, wall 10.31 mm; not verified",
         lambda _: tube(12.0, 0.3238, 0.01031),
     ),
     "shell": LibraryShape(
         "an artillery shell: 155 mm, 0.6 m long without its fuze",
-        "155 mm is its name; the length of the M107 without fuze, from memory",
+        "155 mm is its name; the length of the M107 without fuze, not verified",
         _shell,
     ),
     "bomb": LibraryShape(
         "an aircraft bomb of the 250 kg class with fins: 1.9 m long, 0.273 m in diameter",
-        "typical of the Mk 82, 273 mm in diameter, from memory",
+        "typical of the Mk 82, 273 mm in diameter, not verified",
         _bomb,
     ),
     "wreck": LibraryShape("a small ship as blocks: hull 60 by 10 by 6 m, deckhouse, a mast to 16 m", "generic", _wreck),

@@ -50,7 +50,7 @@ class Texture(Model):
             Factors, shape (n,).
 
         Source: Jakeman & Pusey (1976), IEEE Trans. Antennas Propag. 24, 806-814, for K-distributed amplitudes; that
-        they are speckle on a gamma texture: Ward (1981), Electron. Lett. 17, 561-563 (both from memory).
+        they are speckle on a gamma texture: Ward (1981), Electron. Lett. 17, 561-563 (both not verified).
         """
         lattice_position = scatterer_grid.from_world(np.stack([north, east], axis=-1)) / self.pitch
         out = np.empty(len(lattice_position))

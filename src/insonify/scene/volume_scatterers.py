@@ -37,7 +37,7 @@ LAYERS, PATCHES = (np.uint64(random_keys.VOLUME << 59 | kind << 58) for kind in 
 """First bits of keys of positions in the water."""
 MAX_POINTS_IN_PATCH = 200_000
 """Points of one patch at most."""
-# Roberts (2018), "The unreasonable effectiveness of quasirandom sequences": powers of 1 / 1.2207..., from memory.
+# Roberts (2018), "The unreasonable effectiveness of quasirandom sequences": powers of 1 / 1.2207..., not verified.
 QUASIRANDOM_STEPS = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
 
 

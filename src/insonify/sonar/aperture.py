@@ -104,7 +104,7 @@ def _unshaded(x: Floats, elements: int | None) -> tuple[Floats, Floats]:
     The sum over n elements is sin(pi x) / (n sin(pi x / n)), a ratio of two sincs. Its period is n, with a change of
     sign for an even n.
 
-    Source: van Trees (2002), Optimum Array Processing, ch. 2 (from memory).
+    Source: van Trees (2002), Optimum Array Processing, ch. 2 (not verified).
     """
     if elements is None:
         return np.sinc(x), _sinc_slope(x)
@@ -140,7 +140,7 @@ def cosine_series(sides: tuple[ApertureSide, ...], reach: float) -> tuple[Floats
         together, each of shape (n,).
 
     Source: Gauss-Legendre quadrature of n nodes has no error for polynomials up to degree 2 n - 1; Trefethen (2013),
-    Approximation Theory and Approximation Practice, ch. 19 (from memory).
+    Approximation Theory and Approximation Practice, ch. 19 (not verified).
     """
     extent, first = sum(side.extent for side in sides), sides[0]
     if len(sides) == 1 and first.elements is not None:

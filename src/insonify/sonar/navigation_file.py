@@ -137,7 +137,7 @@ def local_plane_position(latitude: Floats, longitude: Floats, origin: tuple[floa
         midway to the origin. Wrong by 1e-6 or less of the distance out to 10 km.
 
     Source: radii of curvature of an ellipsoid in the meridian and the prime vertical, Rapp (1991), Geometric
-    Geodesy Part I, eqs. 3.87 and 3.99 (from memory); ellipsoid of WGS 84.
+    Geodesy Part I, eqs. 3.87 and 3.99 (not verified); ellipsoid of WGS 84.
     """
     middle = np.radians((latitude + origin[0]) / 2)
     w = 1 - ECCENTRICITY_SQUARED * np.sin(middle) ** 2

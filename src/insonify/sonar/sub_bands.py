@@ -5,7 +5,7 @@ smooth function of frequency, represented by the polynomial through its values a
 contains the pulse's energy. Beyond that band the value at its edge is used.
 
 Source: interpolation at Chebyshev nodes, error of exp(j phi x) on -1..1 at most 2 (phi / 2)^n / n!; Trefethen (2013),
-Approximation Theory and Approximation Practice, ch. 2, 5 and 8 (from memory).
+Approximation Theory and Approximation Practice, ch. 2, 5 and 8 (not verified).
 """
 
 import math

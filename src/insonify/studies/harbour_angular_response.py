@@ -265,7 +265,7 @@ def simulated_speckle(base: Scenario, frequency: float, sediment: str, seed: int
         base: Scenario of the recording.
         frequency: Frequency [Hz].
         sediment: Sediment of the bed.
-        seed: Of the draw.
+        seed: Seed of the random scatterers.
         spacing: Angle between beams [deg].
     """
     angles = np.arange(OUTER[0] - 12 * spacing, OUTER[1] + min(12 * spacing, 2.0), spacing)

@@ -6,7 +6,7 @@ The parabolic motion of each element of a rotating platform is interpolated exac
 
 Source: error of interpolation of degree n at Chebyshev nodes at most 4 M rho^-n / (rho - 1) for functions analytic, and
 not larger than M, within the ellipse of sum of half axes rho; Trefethen (2013), Approximation Theory and Approximation
-Practice, theorem 8.2 (from memory).
+Practice, theorem 8.2 (not verified).
 """
 
 import math

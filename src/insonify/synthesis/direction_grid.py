@@ -6,7 +6,7 @@ of the band with the phase that is due there. Only what all beams have in common
 is deposited for a few frequencies.
 
 Source: non-uniform FFT of type 1; Greengard & Lee (2004), SIAM Review 46(3), section 2. Beams as sums of phasors of an
-array's elements; van Trees (2002), Optimum Array Processing, ch. 2 (from memory).
+array's elements; van Trees (2002), Optimum Array Processing, ch. 2 (not verified).
 """
 
 from dataclasses import dataclass

@@ -22,7 +22,7 @@ _ARCSINE_COEFFICIENTS = (
 def arcsine(x: float) -> float:
     """Arcsine of a number from 0 to 1, to 3e-8 rad [rad]; without a function call, so that loops are vectorised.
 
-    Source: Abramowitz & Stegun (1964), 4.4.46; from memory, and compared with the library's.
+    Source: Abramowitz & Stegun (1964), 4.4.46; not verified, and compared with the library's.
     """
     a0, a1, a2, a3, a4, a5, a6, a7 = _ARCSINE_COEFFICIENTS
     series = a0 + x * (a1 + x * (a2 + x * (a3 + x * (a4 + x * (a5 + x * (a6 + x * a7))))))

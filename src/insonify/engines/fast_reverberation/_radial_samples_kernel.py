@@ -340,7 +340,7 @@ def family_probabilities(
 def priority_of(number: float, k: int) -> int:
     """Priority of one sample, 0..31, evenly distributed along and across radials.
 
-    Source: Roberts (2018), "The unreasonable effectiveness of quasirandom sequences", the sequence R2; from memory.
+    Source: Roberts (2018), "The unreasonable effectiveness of quasirandom sequences", the sequence R2; not verified.
 
     Args:
         number: Number of the radial.

@@ -5,7 +5,7 @@ are evenly distributed; a pair is evaluated at the samples with a priority below
 correspondingly larger weight, so the mean is unbiased. The keep probability follows from the energy of one sample re
 that received at the same time, by the sonar equation over a flat seabed: the allocation of least variance for the work.
 
-Source: Neyman (1934), J. R. Stat. Soc. 97(4), optimum allocation in stratified sampling; from memory.
+Source: Neyman (1934), J. R. Stat. Soc. 97(4), optimum allocation in stratified sampling; not verified.
 """
 
 from collections.abc import Callable
@@ -184,7 +184,7 @@ class _LevelPairs(NamedTuple):
 
 
 _LEVEL_PAIRS: RecentResults[_LevelPairs] = RecentResults(8)
-"""Of the last depths; both sides of a sonar share them."""
+"""Pairs at the last depths; both sides of a sonar share them."""
 
 
 def _level_pairs(

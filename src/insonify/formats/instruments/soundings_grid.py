@@ -27,11 +27,11 @@ class SoundingsGrid:
     """Depths on nodes, in metres from an origin."""
 
     north: Floats
-    """Of the rows [m], shape (rows,)."""
+    """Distance of each row north of the origin [m], shape (rows,)."""
     east: Floats
-    """Of the columns [m], shape (columns,)."""
+    """Distance of each column east of the origin [m], shape (columns,)."""
     depth: Floats
-    """Below the water surface [m], shape (rows, columns)."""
+    """Depth below the water surface [m], shape (rows, columns)."""
 
     def write(self, path: Path) -> None:
         """Write a numpy file, which a relief of kind grid reads; refuse to replace one."""
@@ -44,15 +44,15 @@ def soundings_grid(file: InstrumentFile, latitude: float, longitude: float) -> S
 
     Args:
         file: The file.
-        latitude: Of north 0 [deg].
-        longitude: Of east 0 [deg].
+        latitude: Latitude of north 0 [deg].
+        longitude: Longitude of east 0 [deg].
 
     Returns:
         Grid out to the range that is recorded; None without soundings or their positions, or where 95 % of the depths
         are within the uncertainty of soundings about their median: a flat seabed.
 
     Source of the uncertainty: IHO (2020), S-44 ed. 6.0.0, table 1, special order: the root of 0.25 m squared and 0.75 %
-    of the depth squared (from memory).
+    of the depth squared (not verified).
     """
     if "soundings" not in file.groups:
         return None
