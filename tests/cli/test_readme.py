@@ -7,8 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
 from insonify.cli import main
+from insonify.cli.app import app
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -60,3 +62,11 @@ def test_completion_can_be_installed_and_help_loads_nothing_for_it(capsys):
     code = f"import sys; from insonify.cli import main; main(['--help']); print({heavy} & set(sys.modules))"
     completed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert completed.stdout.splitlines()[-1] == "set()"
+
+
+def test_the_table_of_the_first_page_has_every_command():
+    """Rows of the table are the commands of the help, and no others."""
+    if not README.is_file():
+        pytest.skip("no README here: an installation, not a checkout")
+    rows = re.findall(r"^\| `insonify ([a-z-]+)", README.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert sorted(rows) == sorted(get_command(app).commands)  # type: ignore[attr-defined]

@@ -37,7 +37,7 @@ def export(
         typer.Option(metavar="NAMES", help="Classes of annotated images: parts, shapes or labels of targets."),
     ] = None,
 ) -> None:
-    """Write a recording in the format of another program: XTF, KMALL, GeoTIFF, CSV, GeoJSON, netCDF, HDF5, PNG.
+    """Write a recording for another program: XTF, KMALL, GeoTIFF, CSV, GeoJSON, netCDF, HDF5, MCAP (ROS bags), PNG.
 
     Of a run with --labels also annotated images: COCO, YOLO, label maps.
 
