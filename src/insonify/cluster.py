@@ -68,7 +68,8 @@ def require_cluster(cluster: str) -> None:
 def run_parts(
     task: Callable[..., Any], shared: Any, cluster: str, divide: Callable[[int], Sequence[range]], *,
     request: Callable[[int], JobRequest] = lambda _: JobRequest(60, 2000),
-    on_part: Callable[[int, int], None] | None = None,
+    on_part: Callable[[int, int], None] | None = None, on_result: Callable[[range, Any], None] | None = None,
+    items: str = "pings",
 ) -> None:  # fmt: skip
     """Run all parts of a job on a cluster.
 
@@ -80,16 +81,19 @@ def run_parts(
             part.
         request: Called with the number of jobs that SLURM is to start; returns what each of them needs.
         on_part: Called with the numbers of parts done and of all parts, before the first and after each.
+        on_result: Called with the items of each part and the result of its task, as parts are done.
+        items: Name of the items, as the task takes them and messages name them.
 
     Raises:
-        ClusterError: Some parts failed, and the others are done; or SLURM refuses the jobs.
+        ClusterError: Some parts failed, and the others are done, its cause is the error of the first; or SLURM refuses
+            the jobs.
     """
     from distributed import as_completed
 
     with _client(cluster, request) as (client, workers):
-        client.register_plugin(_worker_setup(task, shared), name=_PLUGIN)
+        client.register_plugin(_worker_setup(task, shared, items), name=_PLUGIN)
         parts = divide(workers)
-        done, report, failed = 0, on_part or (lambda *_: None), dict[range, str]()
+        done, report, failed = 0, on_part or (lambda *_: None), dict[range, BaseException]()
         report(done, len(parts))
         futures = {client.submit(_run_part, part, priority=-k, pure=False): part for k, part in enumerate(parts)}
         for future in as_completed(futures):
@@ -97,16 +101,19 @@ def run_parts(
             if error is None:
                 done += 1
                 report(done, len(parts))
+                if on_result is not None:
+                    on_result(futures[future], future.result())
             else:
-                failed[futures[future]] = f"{type(error).__name__}: {error}"
+                failed[futures[future]] = error
+            del futures[future]  # a result that is no longer referred to is deleted on its worker
     if failed:
-        listed = (
-            f"pings {part.start}:{part.stop}: {failed[part]}" for part in sorted(failed, key=lambda part: part[0])
-        )
-        raise ClusterError(f"{len(failed)} of {len(parts)} parts failed, the others are done. {'; '.join(listed)}")
+        in_order = sorted(failed.items(), key=lambda one: one[0].start)
+        listed = (f"{items} {part.start}:{part.stop}: {type(error).__name__}: {error}" for part, error in in_order)
+        message = f"{len(failed)} of {len(parts)} parts failed, the others are done. {'; '.join(listed)}"
+        raise ClusterError(message) from in_order[0][1]
 
 
-def _worker_setup(task: Callable[..., Any], shared: Any) -> Any:
+def _worker_setup(task: Callable[..., Any], shared: Any, items: str) -> Any:
     """Plugin of workers: hold what all parts share, import what they need, and search less often for cyclic garbage.
 
     Workers that join later get it too, and none loses it with another, as it would data in the memory of workers.
@@ -127,17 +134,17 @@ def _worker_setup(task: Callable[..., Any], shared: Any) -> Any:
             atexit.register(gc.freeze)
             with suppress(ImportError):
                 importlib.import_module(module)
-            self.task, self.shared = task, shared
+            self.task, self.shared, self.items = task, shared, items
 
     return Setup()
 
 
-def _run_part(pings: range) -> None:
+def _run_part(part: range) -> Any:
     """Run one part on the worker that calls this."""
     from distributed import get_worker
 
     setup: Any = get_worker().plugins[_PLUGIN]
-    setup.task(setup.shared, pings=pings)
+    return setup.task(setup.shared, **{setup.items: part})
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import gc
 import io
 import json
 import os
@@ -99,6 +100,70 @@ def test_killed_jobs_resume(serial, tmp_path):
     assert 1 <= made <= 4 and ends == [0, 0]
     left = {name: text for name, text in contents(out).items() if not name.startswith(".")}
     assert left == contents(whole)
+
+
+@pytest.mark.slow
+def test_a_cluster_makes_the_same_files(serial, tmp_path, monkeypatch):
+    """Byte by byte, on two workers of which one is killed within its part; scenes that are there are kept."""
+    pytest.importorskip("distributed")
+    path, whole = serial
+    out, reports = tmp_path / "out", []
+    make_dataset(path, out, part=Part(4, 4), processes=1)
+    before = (out / "scenes" / "00003.json").stat().st_mtime_ns
+
+    def part_of_a_killed_worker(folder, scenes):
+        import importlib
+        import os
+        import signal
+
+        make_part = importlib.import_module("insonify.datasets.dataset")._make_part
+        killed = folder.path.parent / "killed"
+        if scenes[0] == 0 and not killed.exists():
+            make_part(folder, scenes[:1])
+            killed.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return make_part(folder, scenes)
+
+    monkeypatch.setattr(sys.modules[make_dataset.__module__], "_make_part", part_of_a_killed_worker)
+    assert make_dataset(path, out, cluster="local:2", on_scene=lambda *numbers: reports.append(numbers))
+    assert contents(out) == contents(whole) and (tmp_path / "killed").exists()
+    assert (out / "scenes" / "00003.json").stat().st_mtime_ns == before
+    assert reports[0] == (1, 4) and reports[-1] == (4, 4) and reports == sorted(reports) and len(reports) > 2
+
+
+@pytest.mark.slow
+def test_a_cluster_reports_what_processes_do(tmp_path, monkeypatch, capsys):
+    """Warnings with the number of the scene, and values that contradict each other with file, line and image."""
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr("insonify.datasets.dataset_checks.SCENES_CHECKED", 0)
+    threshold = gc.get_threshold()
+    settings = {"processes": False, "protocol": "tcp", "dashboard_address": None, "memory_limit": 0}
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, **settings) as running:
+        position = "{uniform_in: {area: swath, along: [0.3, 0.7], across: [9 m, 13 m]}}"
+        one = ("images: 4", "images: 1"), (", split: {train: 0.5, val: 0.5}", "")
+        away = write_small(tmp_path, *one, (position, "{choice: [[1 m, 300 m]]}"))
+        with pytest.warns(PhysicsWarning, match=r"^scene 0: target pipe: it lies 2\d\d"):
+            make_dataset(away, tmp_path / "out", cluster=running.scheduler_address)
+        heading = "targets[pipe].heading: {uniform: [0 deg, 360 deg]}"
+        path = write_small(tmp_path, (heading, "seabed.depth: {choice: [9 m]}"))
+        options = ["-o", str(tmp_path / "none"), "--quiet", "--cluster", running.scheduler_address]
+        assert main(["dataset", str(path), *options]) == 2
+    gc.set_threshold(*threshold)
+    assert "dataset.yaml:4: track.start: image 0: ping 0" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", [("--part", "1/2"), ("--processes", "2"), ("--preview", "2")])
+def test_a_cluster_has_no_use_for_what_is_for_one_process(serial, tmp_path, capsys, option):
+    """Refused by the command, and in Python; as is an address of no cluster."""
+    pytest.importorskip("distributed")
+    command = ["dataset", str(serial[0]), "-o", str(tmp_path / "out"), "--cluster"]
+    assert main([*command, "local:2", *option]) == 2
+    assert f"{' '.join(option)}: for one process" in capsys.readouterr().err
+    assert main([*command, "local"]) == 2
+    assert "--cluster local is no address of a cluster" in capsys.readouterr().err
+    with pytest.raises(ValueError, match="part and processes are for one process"):
+        make_dataset(serial[0], tmp_path / "out", cluster="local:2", processes=2)
+    assert not (tmp_path / "out").exists()
 
 
 def test_another_data_set_is_not_mixed_in(serial, tmp_path):

@@ -192,6 +192,15 @@ def test_every_worker_process_takes_as_much_memory(monkeypatch: pytest.MonkeyPat
         assert memory[workers] == pytest.approx(unit_costs.BYTES_OF_PROGRAM + (workers + 1) * share)
 
 
+def test_runs_that_tasks_share_cost_what_one_does():
+    """Six runs in one process start the program once; each of six tasks that share them has the cost of one run."""
+    one = RunCost(pings=12, scatterers=1e5, seconds=300, memory=1e9, disk=6e6)
+    six = one.repeated(6)
+    assert one.seconds * 5 < six.seconds < one.seconds * 6 and six.memory == one.memory
+    shared = six.of_task(6)
+    assert (shared.pings, shared.disk) == (12, 6e6) and shared.seconds == pytest.approx(one.seconds)
+
+
 def test_what_a_machine_cannot_hold_is_refused_with_what_to_change():
     """Memory requested, memory there, and the keys that matter."""
     big = RunCost(pings=1, scatterers=2e11, seconds=1e5, memory=150e9, disk=1e9)

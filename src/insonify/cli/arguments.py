@@ -14,6 +14,10 @@ from insonify.part import Part
 
 ScenarioFile = Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")]
 Cores = Annotated[int | None, typer.Option(metavar="N", min=1, help="How many cores to use. [default: all]")]
+Cluster = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Workers of dask: local:2, tcp://host:8786 or slurm://partition:64."),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress on the terminal.")]
 PICTURES = (".png", ".pdf", ".svg")
 """Suffixes of the pictures that can be written."""

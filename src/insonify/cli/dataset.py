@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from insonify.cli.arguments import Cores, InputError, Quiet, parse_part, require_writable
+from insonify.cli.arguments import Cluster, Cores, InputError, Quiet, parse_part, require_cluster, require_writable
 from insonify.cli.pictures import start_drawing
 
 
@@ -18,6 +18,7 @@ def dataset(
     ] = None,
     part: Annotated[str | None, typer.Option(metavar="i/N", help="Only this part of the scenes, such as 3/64.")] = None,
     processes: Cores = None,
+    cluster: Cluster = None,
     quiet: Quiet = False,
 ) -> None:
     """Simulate a data set of labelled images; a job that was stopped is resumed.
@@ -27,10 +28,14 @@ def dataset(
     Example: insonify dataset dataset.yaml -o mines --preview 12
 
     Example: insonify dataset dataset.yaml -o mines --part 3/64
+
+    Example: insonify dataset dataset.yaml -o mines --cluster local:2
     """
     from insonify.cli.progress import progress
     from insonify.datasets.dataset import WHOLE, make_dataset
 
+    if cluster is not None:
+        require_cluster(cluster, {"--part": part, "--processes": processes, "--preview": preview})
     if preview is not None:
         from insonify.datasets.contact_sheet import write_contact_sheet
 
@@ -42,7 +47,9 @@ def dataset(
     if out is None:
         raise InputError("-o DIR is missing: the folder that the images go to")
     with progress(quiet, "scene", f"delete {out} to start anew") as on_scene:
-        whole = make_dataset(file, out, part=parse_part(part) or WHOLE, processes=processes, on_scene=on_scene)
+        whole = make_dataset(
+            file, out, part=parse_part(part) or WHOLE, processes=processes, cluster=cluster, on_scene=on_scene
+        )  # fmt: skip
     typer.echo(out)
     if not whole:
         typer.echo("scenes of other parts are missing; the last part to end writes card and annotations", err=True)

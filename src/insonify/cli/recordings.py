@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from insonify.cli import arguments
-from insonify.cli.arguments import Cores, InputError, Quiet, ScenarioFile
+from insonify.cli.arguments import Cluster, Cores, InputError, Quiet, ScenarioFile
 from insonify.cli.pictures import start_drawing
 from insonify.formats.locations import location
 
@@ -40,10 +40,7 @@ def run(
         str | None,
         typer.Option(metavar="I/N", help="Only this part of the pings, from 1/N; other processes simulate the others."),
     ] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Workers of dask: local:2, tcp://host:8786 or slurm://partition:64."),
-    ] = None,
+    cluster: Cluster = None,
 ) -> None:
     """Simulate a scenario; a run that was stopped is resumed.
 

@@ -8,11 +8,15 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from insonify.caller_warning import warn_caller
+from insonify.cluster import ClusterError, JobRequest, require_cluster, run_parts
 from insonify.datasets.dataset_checks import dataset_faults, faults_together
 from insonify.datasets.dataset_file import DatasetFile
 from insonify.datasets.dataset_folder import DatasetFolder
@@ -20,6 +24,7 @@ from insonify.datasets.rendered_scene import SceneImage, scene_images
 from insonify.datasets.swath import PlacementError
 from insonify.datasets.typed_values import read_typed
 from insonify.diagnostics.diagnostic import ScenarioError
+from insonify.formats.recording_state import decreasing_shares
 from insonify.kernel_compilation import compile_ahead
 from insonify.part import Part
 from insonify.scenario.features import scenario_features
@@ -59,7 +64,7 @@ def load_dataset(path: str | Path) -> Description:
 
 def make_dataset(
     path: str | Path, out: str | Path, *, part: Part | str = WHOLE, processes: int | None = None,
-    on_scene: Callable[[int, int], None] | None = None,
+    cluster: str | None = None, on_scene: Callable[[int, int], None] | None = None,
 ) -> bool:  # fmt: skip
     """Make the images of a data set, or of one part of the job; those that are there are kept.
 
@@ -68,21 +73,38 @@ def make_dataset(
         out: Folder of the images.
         part: Part of the scenes, such as "3/64".
         processes: Number of processes; None: one for each core. The result does not depend on it, bit for bit.
-        on_scene: Called with the numbers of scenes done and of all of the part, before the first and after each.
+        cluster: Address of a cluster whose workers make the scenes, such as "local:2", "tcp://host:8786" or
+            "slurm://partition:64"; the folder has to be on a disk that all of them see. Not with `part` or `processes`.
+        on_scene: Called with the numbers of scenes done and of all of the part, before the first and after each; on a
+            cluster after some.
 
     Returns:
         True if all scenes of all parts are there, and so the card and the lists of annotations.
+
+    Raises:
+        ScenarioError: Values that were drawn for a scene contradict each other.
+        ClusterError: Some scenes could not be made on the cluster; the others are there.
     """
     chosen, described = Part.parse(part), load_dataset(path)
-    folder = DatasetFolder(Path(out), described.file, described.base)
+    if cluster is not None:
+        require_cluster(cluster)
+        if chosen != WHOLE or processes is not None:
+            raise ValueError(
+                f"part and processes are for one process, and {cluster} has many. Leave cluster or them out"
+            )
+    folder = DatasetFolder(Path(out).absolute() if cluster else Path(out), described.file, described.base)
     mine = chosen.share(described.file.dataset.images)
     if described.file.compare is not None and 0 in mine and not folder.note(0).exists():
         from insonify.comparison.sources import samples_of
 
         samples_of(described.file.compare)  # the card needs it, after all scenes
     folder.open([read_typed(path), read_typed(described.file.scene)])
+    report = on_scene or (lambda *_: None)
     try:
-        _make_scenes(folder, mine, processes, on_scene or (lambda *_: None))
+        if cluster is None:
+            _make_scenes(folder, mine, processes, report)
+        else:
+            _make_on_cluster(folder, cluster, report)
     except (ScenarioError, PlacementError) as error:  # of values that fit alone, and not together
         raise ScenarioError(faults_together(error, described.file, path)) from None
     return folder.finish()
@@ -105,9 +127,54 @@ def _make_scenes(
             run = stack.enter_context(ProcessPoolExecutor(count, get_context("spawn"), _start, (folder,))).map
         made = zip(missing, run(_make_scene, missing), strict=True)
         for done, (scene, doubts) in enumerate(made, len(mine) - len(missing) + 1):
-            for doubt in doubts:
-                warn_caller(f"scene {scene}: {doubt}", PhysicsWarning)
+            _warn_about(scene, doubts)
             report(done, len(mine))
+
+
+def _warn_about(scene: int, doubts: list[str]) -> None:
+    """Issue the warnings about a scene, with its number."""
+    for doubt in doubts:
+        warn_caller(f"scene {scene}: {doubt}", PhysicsWarning)
+
+
+def _make_on_cluster(folder: DatasetFolder, cluster: str, report: Callable[[int, int], None]) -> None:
+    """Make the scenes that are missing on the workers of a cluster."""
+    images = folder.file.dataset.images
+    missing = set(folder.missing(range(images)))
+    report(images - len(missing), images)
+    if not missing:
+        return
+
+    def take(part: range, doubts: dict[int, list[str]]) -> None:
+        missing.difference_update(part)
+        for scene in doubts:
+            _warn_about(scene, doubts[scene])
+        report(images - len(missing), images)
+
+    weights = np.array([scene in missing for scene in range(images)])
+    try:
+        run_parts(
+            _make_part, folder, cluster, partial(decreasing_shares, weights), on_result=take, items="scenes",
+            request=partial(_job_request, folder),
+        )  # fmt: skip
+    except ClusterError as error:
+        if isinstance(error.__cause__, ScenarioError | PlacementError):
+            raise error.__cause__ from None
+        raise
+
+
+def _job_request(folder: DatasetFolder, jobs: int) -> JobRequest:
+    """Time and memory of each of some jobs that share the scenes, by the scenario of the data set."""
+    from insonify.estimates.run_cost import estimate_cost
+
+    images = folder.file.dataset.images * (1 + len(folder.file.pairs))
+    return estimate_cost(folder.base, labels=True, threads=1).repeated(images).of_task(jobs).job_request()
+
+
+def _make_part(folder: DatasetFolder, scenes: range) -> dict[int, list[str]]:
+    """Make the scenes of a part of the data set that are missing; return the warnings about each."""
+    _FOLDER[:] = [folder]
+    return {scene: _make_scene(scene) for scene in folder.missing(scenes)}
 
 
 _FOLDER: list[DatasetFolder] = []  # of this process

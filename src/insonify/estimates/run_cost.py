@@ -54,6 +54,12 @@ class RunCost:
     labels: bool = False
     """True: labels are counted."""
 
+    def repeated(self, runs: int) -> "RunCost":
+        """Cost of several such runs in one process, with one start of the program."""
+        start_seconds = unit_costs.START_SECONDS
+        seconds = start_seconds + max(self.seconds - start_seconds, 0.0) * runs
+        return replace(self, pings=self.pings * runs, seconds=seconds, disk=self.disk * runs)
+
     def of_task(self, tasks: int) -> "RunCost":
         """Cost of one of several tasks that share the pings, each with the start of the program."""
         start_seconds = unit_costs.START_SECONDS
