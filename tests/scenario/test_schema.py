@@ -217,6 +217,11 @@ def test_a_schema_that_cannot_be_written_is_reported(tmp_path, capsys):
     assert "cannot be written" in capsys.readouterr().err
 
 
+def test_editors_show_no_examples_of_python(schema):
+    """Descriptions of models end before the examples of their docstrings."""
+    assert "Sea water" in schema["$defs"]["Water"]["description"] and ">>> " not in json.dumps(schema)
+
+
 def test_the_step_of_a_baffle_is_described_at_every_array():
     """Nothing else in a scenario states that a target on the plane of an array is received in full or not at all."""
     models = json_schema()["$defs"]

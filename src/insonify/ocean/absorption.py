@@ -44,6 +44,10 @@ def absorption_db_per_m(
 
     Raises:
         ValueError: The model is unknown, or an argument is not a number or not possible in water.
+
+    Example:
+        >>> (1e3 * absorption_db_per_m([10e3, 100e3, 500e3], temperature=10.0, salinity=35.0)).round().tolist()  # dB/km
+        [1.0, 34.0, 125.0]
     """
     if model not in MODELS:
         raise ValueError(f"model is {model!r}; the absorption laws available are: {', '.join(MODELS)}")
@@ -59,8 +63,7 @@ def absorption_filter(
 ) -> NDArray[np.float64]:  # fmt: skip
     """Frequency response of absorption over a path [1].
 
-    A chirp of 300 to 600 kHz over 100 m returns with its upper end about 9 dB below its lower;
-    one absorption value for the whole band would miss that.
+    One absorption value for the whole band of a chirp would miss the larger loss of its upper end.
 
     Args:
         frequency: Frequency [Hz], any shape.
@@ -76,6 +79,11 @@ def absorption_filter(
     Returns:
         Factor on the pressure spectrum, real and positive, broadcast shape of the arguments.
         No phase: the two relaxations also change the sound speed, by 0.03 m/s in all.
+
+    Example:
+        >>> response = absorption_filter([300e3, 450e3, 600e3], 100.0, centre_frequency=450e3)
+        >>> (20 * np.log10(response)).round(1).tolist()  # dB
+        [3.7, 0.0, -5.0]
     """
     length = require_numbers("path_length", path_length, "m", 0.0)
     water = {"temperature": temperature, "salinity": salinity, "depth": depth, "ph": ph}

@@ -36,7 +36,15 @@ SIGNIFICANT_SHARE = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NoiseSpectrum:
-    """A measured noise spectrum, joined by straight lines of level over the logarithm of frequency."""
+    """A measured noise spectrum, joined by straight lines of level over the logarithm of frequency.
+
+    Example:
+        >>> harbour = NoiseSpectrum(frequency=[10e3, 100e3], spectrum_level_db=[70.0, 50.0])
+        >>> harbour
+        NoiseSpectrum: 2 frequencies, 10-100 kHz, 50.0 to 70.0 dB re 1 uPa^2/Hz
+        >>> harbour.level_db([10e3, 31.62e3]).round().tolist()
+        [70.0, 60.0]
+    """
 
     frequency: Floats
     """Frequencies, increasing [Hz], shape (n,)."""
@@ -89,6 +97,10 @@ def thermal_noise_db(frequency: ArrayLike) -> Floats:
     Source: Mellen (1952), J. Acoust. Soc. Am. 24(5), 478-480, as -15 + 20 log10 f[kHz]; equal to
     4 pi k_B T rho f^2 / c within 0.4 dB.
     Valid: any frequency of sonar; a lossless hydrophone. It dominates above 100 to 200 kHz.
+
+    Example:
+        >>> thermal_noise_db([100e3, 1e6]).tolist()
+        [25.0, 45.0]
     """
     return _log(frequency, -15.0, 20.0)
 
@@ -102,6 +114,10 @@ def turbulence_noise_db(frequency: ArrayLike) -> Floats:
     Source: Coates (1989), "Underwater Acoustic Systems", fit to Wenz (1962), J. Acoust. Soc. Am. 34(12),
     1936-1956, as quoted by Stojanovic (2007): 17 - 30 log10 f[kHz].
     Valid: 1 to 100 Hz; nothing above.
+
+    Example:
+        >>> print(turbulence_noise_db(10.0))
+        77.0
     """
     warn_outside("The fit of turbulence noise", "frequency", _positive(frequency), *TURBULENT, "Hz")
     return _turbulence_db(frequency)
@@ -120,6 +136,10 @@ def shipping_noise_db(frequency: ArrayLike, shipping: ArrayLike = 0.5) -> Floats
 
     Source: Coates (1989), as `turbulence_noise_db`: 40 + 20 (s - 0.5) + 26 log10 f - 60 log10(f + 0.03), f in kHz.
     Valid: 10 Hz to 1 kHz; s spans 20 dB, and a nearby ship exceeds it.
+
+    Example:
+        >>> shipping_noise_db(100.0, shipping=[0.0, 0.5, 1.0]).round().tolist()
+        [57.0, 67.0, 77.0]
     """
     warn_outside("The fit of shipping noise", "frequency", _positive(frequency), *SHIPPING, "Hz")
     return _shipping_db(frequency, shipping)
@@ -140,6 +160,10 @@ def wind_noise_db(frequency: ArrayLike, wind_speed: ArrayLike = 5.0) -> Floats:
     Source: Coates (1989), as `turbulence_noise_db`: 50 + 7.5 sqrt(w) + 20 log10 f - 40 log10(f + 0.4), f in kHz.
     Valid: 0..20 m/s, 50 Hz to 20 kHz, extended at -20 dB a decade. Other fits to the same curves differ by 5 dB
     from 10 to 50 kHz, and so do days. Above 10 m/s bubbles reduce the noise beyond 20 kHz; this fit does not.
+
+    Example:
+        >>> wind_noise_db(10e3, wind_speed=[2.5, 5.0, 10.0]).round().tolist()
+        [41.0, 46.0, 53.0]
     """
     warn_outside("The fit of wind noise", "frequency", _positive(frequency), *FIT_RANGE, "Hz")
     return _wind_db(frequency, wind_speed)
@@ -162,6 +186,10 @@ def rain_noise_db(frequency: ArrayLike, rain_rate: ArrayLike) -> Floats:
     42.4 + 15.4 log10 R (coefficients not verified against print). The shape is an assumption of this project:
     constant up to 20 kHz, then -20 dB a decade, without the peak of light rain at 13 to 25 kHz (5 to 10 dB).
     Valid: 2 to 200 mm/h, 1 to 50 kHz, +-10 dB at other frequencies than 5 kHz; prefer a measured spectrum.
+
+    Example:
+        >>> rain_noise_db(5e3, rain_rate=[2.0, 10.0]).round().tolist()
+        [47.0, 58.0]
     """
     warn_outside("The fit of rain noise", "frequency", _positive(frequency), *RAIN_RANGE, "Hz")
     return _rain_db(frequency, rain_rate)
@@ -189,6 +217,11 @@ def noise_components_db(
 
     Returns:
         Levels under "thermal", "turbulence", "shipping", "wind", "rain" and, where one was given, "measured".
+
+    Example:
+        >>> levels = noise_components_db(100e3, wind_speed=5.0)
+        >>> {source: f"{level:.0f} dB" for source, level in levels.items()}
+        {'thermal': '25 dB', 'turbulence': '-43 dB', 'shipping': '-28 dB', 'wind': '27 dB', 'rain': '-inf dB'}
     """
     sources: dict[str, Callable[[], Floats]] = {
         "thermal": lambda: thermal_noise_db(frequency),
@@ -218,6 +251,10 @@ def noise_level_db(
     Returns:
         Spectrum level [dB re 1 uPa^2/Hz], broadcast shape of the arguments. Warned where a fit contributes
         more than `SIGNIFICANT_SHARE` of the power outside its range.
+
+    Example:
+        >>> noise_level_db([10e3, 100e3, 500e3], wind_speed=5.0).round().tolist()
+        [46.0, 29.0, 39.0]
     """
     levels = noise_components_db(
         frequency, wind_speed=wind_speed, shipping=shipping, rain_rate=rain_rate, spectrum=spectrum

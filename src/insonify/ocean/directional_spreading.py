@@ -53,6 +53,11 @@ class CosinePowerSpreading:
 
     Source: Longuet-Higgins, Cartwright & Smith (1963), Ocean Wave Spectra, 111-136, for the
     form; Mitsuyasu et al. (1975), J. Phys. Oceanogr. 5, 750, found s about 10 at the peak.
+
+    Example:
+        >>> quartile = CosinePowerSpreading(exponent=10.0).quantile(0.75, wavenumber=0.1)
+        >>> f"half of the energy within {np.degrees(quartile):.0f} deg of the mean direction"
+        'half of the energy within 17 deg of the mean direction'
     """
 
     exponent: float = 10.0
@@ -84,6 +89,11 @@ class ElfouhailySpreading:
 
     Source: Elfouhaily et al. (1997), eq. 49 and the lines about it, x = ln2/4 + 4 (c/cp)^2.5 +
     0.13 (u*/cm) (cm/c)^2.5 (from secondary sources); the one-sided form is derived here.
+
+    Example:
+        >>> sea = Elfouhaily(wind_speed=10.0)
+        >>> ElfouhailySpreading(sea).anisotropy([sea.peak, 10.0, 370.0]).round(1).tolist()  # long waves to ripples
+        [1.0, 0.2, 0.4]
     """
 
     sea: Elfouhaily

@@ -36,6 +36,11 @@ class Elfouhaily:
     (0.8 + 0.065 U) 1e-3. From secondary sources and compared with public codes, which
     differ in alpha_p = 0.006 Omega^0.5 (here) or Omega^0.55; not verified against the paper.
     Valid: wind 3 to 21 m/s (the range the paper plots), inverse wave age 0.84 to 5.
+
+    Example:
+        >>> sea = Elfouhaily(wind_speed=10.0)
+        >>> f"dominant waves {2 * np.pi / sea.peak:.0f} m long, friction velocity {sea.friction_velocity:.2f} m/s"
+        'dominant waves 91 m long, friction velocity 0.38 m/s'
     """
 
     wind_speed: float

@@ -29,6 +29,11 @@ class Jonswap:
     either side of the peak is 0.07 and 0.09.
     Valid: fetch-limited wind seas in deep water, 0.1 to 2.2e4 U^2/g from the shore (beyond, the sea is developed:
     `PiersonMoskowitz`); gravity waves, longer than some decimetres.
+
+    Example:
+        >>> sea = Jonswap(wind_speed=10.0, fetch=50e3)
+        >>> f"period {2 * np.pi / sea.peak_frequency:.1f} s, dominant waves {2 * np.pi / sea.peak:.0f} m long"
+        'period 4.9 s, dominant waves 38 m long'
     """
 
     wind_speed: float

@@ -33,6 +33,11 @@ class PiersonMoskowitz:
     Source: Pierson & Moskowitz (1964), J. Geophys. Res. 69, 5181; constants as given, with the
     step from 10 m to 19.5 m, by Stewart (2008), Introduction to Physical Oceanography, eqs. 16.28-16.33.
     Valid: wind 10 to 20 m/s in its data, in use down to 3 m/s; gravity waves, longer than some decimetres.
+
+    Example:
+        >>> sea = PiersonMoskowitz(wind_speed=10.0)
+        >>> f"period {2 * np.pi / angular_frequency(sea.peak):.1f} s, height {significant_height(sea):.1f} m"
+        'period 7.5 s, height 2.2 m'
     """
 
     wind_speed: float

@@ -35,6 +35,10 @@ def pressure_dbar(depth: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
     Source: Leroy & Parthiot (1998), J. Acoust. Soc. Am. 103(3), 1346-1352, the standard ocean
     (0 degC, 35), without the paper's corrections for single seas.
     Valid: 0..12000 m. In real seas within about 0.1 %: 0.02 m/s of sound speed at 1 km.
+
+    Example:
+        >>> f"{pressure_dbar(1000.0):.0f} dbar"
+        '1011 dbar'
     """
     z, north = checked_depth(depth), require_numbers("latitude", latitude, "degrees", -90.0, 90.0)
     warn_outside(LAW, "depth", z, 0.0, 12e3, "m")
@@ -52,6 +56,10 @@ def depth_from_pressure(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) ->
         Depth [m], broadcast shape of the arguments; the inverse of `pressure_dbar` to 1e-6 m.
 
     Source and validity: as `pressure_dbar`, inverted.
+
+    Example:
+        >>> f"{depth_from_pressure(10e3, latitude=30.0):.0f} m"
+        '9713 m'
     """
     pressure, north = np.broadcast_arrays(
         checked_pressure(pressure_dbar), require_numbers("latitude", latitude, "degrees", -90.0, 90.0)

@@ -21,7 +21,17 @@ SLOWEST, FASTEST = 1300.0, 1700.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SoundSpeedProfile:
-    """Speed of sound at increasing depths, linear in between."""
+    """Speed of sound at increasing depths, linear in between.
+
+    Example:
+        >>> thermocline = SoundSpeedProfile(depth=[0.0, 10.0, 20.0], speed=[1520.0, 1520.0, 1505.0])
+        >>> thermocline
+        SoundSpeedProfile: 3 knots, 0-20 m, 1505.0-1520.0 m/s
+        >>> thermocline.at([5.0, 15.0]).tolist(), thermocline.gradient(15.0).tolist()
+        ([1520.0, 1512.5], -1.5)
+        >>> SoundSpeedProfile.from_temperature_salinity([0.0, 20.0], temperature=[18.0, 12.0], salinity=35.0)
+        SoundSpeedProfile: 2 knots, 0-20 m, 1496.9-1515.6 m/s
+    """
 
     depth: Floats
     """Depths of the knots, increasing [m], shape (n,), n >= 2."""

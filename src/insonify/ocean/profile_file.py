@@ -63,6 +63,12 @@ def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfil
     Raises:
         FileNotFoundError: The file does not exist.
         ValueError: The table cannot be read; the message names file, line and column.
+
+    Example:
+        >>> cast = [(0.0, 18.0, 35.0), (20.0, 12.0, 35.0)]
+        >>> np.savetxt("cast.csv", cast, delimiter=",", header="depth,temperature,salinity", comments="")
+        >>> read_profile("cast.csv")
+        SoundSpeedProfile: 2 knots, 0-20 m, 1496.9-1515.6 m/s
     """
     rows = table_rows(path, "depth,speed")
     line, header = next(rows, (1, []))

@@ -59,6 +59,13 @@ class SeaSurface:
 
     Source: Longuet-Higgins (1957), Phil. Trans. R. Soc. A 249, 321, for the random sum;
     stratified drawing is this project's. Linear waves: crests are as round as troughs.
+
+    Example:
+        >>> sea = SeaSurface(PiersonMoskowitz(wind_speed=7.0), wave_direction=np.pi / 2, seed=1)
+        >>> sea.elevation(north=0.0, east=0.0, time=[0.0, 1.0, 2.0]).round(1).tolist()  # m
+        [0.5, 0.2, -0.3]
+        >>> f"significant height {4 * np.sqrt(np.sum(sea.amplitude**2) / 2):.1f} m"
+        'significant height 1.1 m'
     """
 
     spectrum: WaveSpectrum

@@ -46,6 +46,12 @@ def sound_speed(
 
     Raises:
         ValueError: The model is unknown, or an argument is not a number or not possible in water.
+
+    Example:
+        >>> f"{sound_speed(10.0, 35.0, 50.0):.1f} m/s"
+        '1490.4 m/s'
+        >>> f"{sound_speed(25.0, 35.0, 1000.0, model='mackenzie'):.1f} m/s"
+        '1550.7 m/s'
     """
     (t, s), z = checked_temperature_and_salinity(temperature, salinity), checked_depth(depth)
     if model in DEPTH_MODELS:
@@ -73,10 +79,15 @@ def sound_speed_at_pressure(
 
     Raises:
         ValueError: The model is no law of pressure, or an argument is not a number or not possible in water.
+
+    Example:
+        >>> f"{sound_speed_at_pressure(10.0, 35.0, pressure_dbar=100.0):.1f} m/s"
+        '1491.2 m/s'
     """
     (t, s), p = checked_temperature_and_salinity(temperature, salinity), checked_pressure(pressure_dbar)
     if model in PRESSURE_MODELS:
         return PRESSURE_MODELS[model](t, s, p)
     known = ", ".join(PRESSURE_MODELS)
-    hint = f"; {model} works from depth: sound_speed(..., depth(pressure_dbar))" if model in DEPTH_MODELS else ""
+    from_depth = f"; {model} works from depth: sound_speed(..., depth_from_pressure(pressure_dbar))"
+    hint = from_depth if model in DEPTH_MODELS else ""
     raise ValueError(f"model is {model!r}; the sound-speed laws that work from pressure are: {known}{hint}")

@@ -35,7 +35,12 @@ HEAT_RATIO = 1.4
 
 @dataclass(frozen=True, slots=True)
 class ScatteringLayer:
-    """Layer of water with constant volume scattering strength."""
+    """Layer of water with constant volume scattering strength.
+
+    Example:
+        >>> ScatteringLayer.named("moderate", top=10.0, bottom=30.0)
+        ScatteringLayer(top=10.0, bottom=30.0, strength_db=-70.0)
+    """
 
     top: float
     """Depth of its upper side [m]."""
@@ -83,6 +88,11 @@ def volume_strength_db(depth: ArrayLike, layers: Iterable[ScatteringLayer] | Sca
 
     Returns:
         Strength [dB re 1/m], same shape; -inf in clear water, NaN where no depth was given.
+
+    Example:
+        >>> layers = [ScatteringLayer(0.0, 20.0, -70.0), ScatteringLayer(10.0, 30.0, -70.0)]
+        >>> volume_strength_db([5.0, 15.0, 25.0, 35.0], layers).round().tolist()
+        [-70.0, -67.0, -70.0, -inf]
     """
     z = require_numbers("depth", depth, "m")
     total = np.where(np.isnan(z), np.nan, 0.0)
@@ -104,6 +114,11 @@ def volume_backscattering_coefficient(density: ArrayLike, mean_backscatter: Arra
 
     Source: MacLennan, Fernandes & Dalen (2002), ICES J. Mar. Sci. 59, 365-369.
     Valid: single scattering, scatterers independent of one another; no shadowing within a school.
+
+    Example:
+        >>> fish = volume_backscattering_coefficient(density=0.1, mean_backscatter=10 ** (-40.0 / 10))
+        >>> f"S_v = {10 * np.log10(fish):.0f} dB re 1/m"
+        'S_v = -50 dB re 1/m'
     """
     return np.asarray(
         require_numbers("density", density, "1/m^3", 0.0)
@@ -125,6 +140,10 @@ def bubble_resonance_frequency(radius: ArrayLike, depth: ArrayLike = 0.0, *, den
     Source: Minnaert (1933), Phil. Mag. 16, 235-248: f a = sqrt(3 gamma P / rho) / (2 pi); near the
     surface about 3.25 m/s sqrt(1 + z / 10 m).
     Valid: 30 um to 3 mm; smaller bubbles lose heat to the water and feel surface tension, some per cent.
+
+    Example:
+        >>> (bubble_resonance_frequency(1e-3, depth=[0.0, 10.0]) / 1e3).round(1).tolist()  # kHz
+        [3.2, 4.6]
     """
     a = require_numbers("radius", radius, "m", 0.0, exclude_low=True)
     warn_outside("Minnaert (1933) resonance", "radius", a, 30e-6, 3e-3, "m")
@@ -141,6 +160,10 @@ def resonant_bubble_radius(frequency: ArrayLike, depth: ArrayLike = 0.0, *, dens
 
     Returns:
         Radius [m], broadcast shape of the arguments; source and validity as `bubble_resonance_frequency`.
+
+    Example:
+        >>> f"{1e6 * resonant_bubble_radius(100e3, depth=10.0):.0f} um"
+        '46 um'
     """
     a = _resonance_product(depth, density) / require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True)
     warn_outside("Minnaert (1933) resonance", "radius", a, 30e-6, 3e-3, "m")

@@ -35,7 +35,16 @@ LossPerMetre = Annotated[
 
 
 class Water(Model):
-    """Sea water of one sound speed, or of a sound speed that changes with depth."""
+    """Sea water of one sound speed, or of a sound speed that changes with depth.
+
+    Example:
+        >>> cast = {"depth": [0, 20], "temperature": [18, 12], "salinity": [35, 35]}
+        >>> water = Water(profile=cast, temperature="15 degC")
+        >>> water.sound_speed_at([0.0, 10.0, 20.0]).round().tolist()  # m/s
+        [1516.0, 1506.0, 1497.0]
+        >>> f"{1e3 * water.absorption(100e3):.0f} dB/km"
+        '37 dB/km'
+    """
 
     sound_speed: Annotated[MetresPerSecond, Field(ge=1300, le=1700)] = 1500.0
     """Speed of sound [m/s]; where a profile is given, the mean speed along a vertical ray through all of it."""

@@ -31,7 +31,13 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 class WaveSpectrum(Protocol):
-    """Variance of the surface's height per wavenumber."""
+    """Variance of the surface's height per wavenumber.
+
+    Example:
+        >>> seas: list[WaveSpectrum] = [PiersonMoskowitz(10.0), Jonswap(10.0, fetch=50e3), Elfouhaily(10.0)]
+        >>> [f"dominant waves {2 * np.pi / sea.peak:.0f} m long" for sea in seas]
+        ['dominant waves 88 m long', 'dominant waves 38 m long', 'dominant waves 91 m long']
+    """
 
     @property
     def peak(self) -> float:
@@ -63,6 +69,10 @@ def angular_frequency(wavenumber: ArrayLike, *, water_depth: ArrayLike = np.inf)
     Source: Airy's linear theory with surface tension, omega^2 = (g k + T k^3) tanh(k D), as in
     Lamb (1932), Hydrodynamics, ch. IX (chapter not verified).
     Valid: waves much lower than they are long, no current.
+
+    Example:
+        >>> f"period of a 100 m wave: {2 * np.pi / angular_frequency(2 * np.pi / 100.0):.1f} s"
+        'period of a 100 m wave: 8.0 s'
     """
     k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
     # Infinite depth is a case of its own: k = 0 times infinity would not be a number.
@@ -97,6 +107,10 @@ def significant_height(spectrum: WaveSpectrum) -> float:
 
     Source: Longuet-Higgins (1952), J. Mar. Res. 11, 245: 4.004 rms heights is the mean of the
     highest third of narrow-band waves; the factor is rounded to 4 by convention.
+
+    Example:
+        >>> f"{significant_height(PiersonMoskowitz(wind_speed=15.0)):.1f} m"
+        '5.1 m'
     """
     return 4 * height_variance(spectrum) ** 0.5
 
@@ -114,6 +128,10 @@ def mean_square_slope(spectrum: WaveSpectrum, max_wavenumber: float, *, min_wave
 
     Returns:
         Integral of k^2 S(k) over the band [1].
+
+    Example:
+        >>> f"{mean_square_slope(Elfouhaily(wind_speed=10.0), max_wavenumber=np.inf):.2f}"
+        '0.06'
     """
     k, dk = _band(spectrum, min_wavenumber, max_wavenumber)
     return float(np.sum(k**2 * spectrum.density(k) * dk))

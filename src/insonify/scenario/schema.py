@@ -39,6 +39,9 @@ def json_schema() -> dict[str, Any]:
     """
     schema = plain_schema()
     definitions = schema["$defs"]
+    for part in (schema, *definitions.values()):
+        if "description" in part:
+            part["description"] = part["description"].partition("\n\nExample:")[0]  # Python's, not a file's
     for name, keys in explanations(schema).items():
         for key, explanation in keys.items():
             (schema if name == SCENARIO else definitions[name])["properties"][key]["description"] = explanation.text
