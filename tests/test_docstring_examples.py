@@ -18,7 +18,7 @@ WITH_EXAMPLES = [
     for path in sorted(SOURCE.rglob("*.py"))
     if ">>> " in path.read_text(encoding="utf-8")
 ]
-PACKAGES = ("insonify.ocean",)
+PACKAGES = ("insonify.ocean", "insonify.scattering")
 """Packages in whose `__all__` every class and function has an example."""
 
 

@@ -36,6 +36,12 @@ def albedo(law: ScatteringLaw, grazing_in: ArrayLike, *, points: int = 64, beyon
 
     Returns:
         Integral of the cross section over the hemisphere, over the sine of the grazing angle [1], shape of grazing_in.
+
+    Example:
+        >>> f"{albedo(Lambert(strength_db=10 * np.log10(1 / np.pi)), np.radians(30)):.2f}"
+        '1.00'
+        >>> f"{albedo(Jackson(Sediment.named('medium sand'), 100e3), np.radians(30)):.2f}"
+        '0.54'
     """
     angles = require_grazing_angle("grazing_in", grazing_in, gaps=False)
     if np.any(angles == 0):

@@ -52,6 +52,11 @@ def apl_bottom_strength_db(
     against its printed Table 3 to 0.15 dB. Built on Jackson, Winebrenner & Ishimaru (1986), J. Acoust. Soc. Am. 79,
     1410 and Mourad & Jackson (1989), Proc. Oceans '89, 1168.
     Valid: 10 to 100 kHz; about 3 dB for sand and silt whose properties are known above 5 degrees, 5 to 10 dB else.
+
+    Example:
+        >>> sand = Sediment.named("medium sand")
+        >>> apl_bottom_strength_db(sand, 30e3, np.radians([10, 20, 40])).round().tolist()
+        [-35.0, -28.0, -23.0]
     """
     checked_sediment(sediment)
     tone = require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True, allow_nan=False, example="100e3")

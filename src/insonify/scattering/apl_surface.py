@@ -40,6 +40,10 @@ def apl_surface_strength_db(wind_speed: ArrayLike, frequency: ArrayLike, grazing
     Source: APL-UW TR 9407 (1994), section II, eqs. 1-16, read in secondary sources; where those
     differ the version that is continuous at 1 m/s is used. The report's own accuracy is 4 to 5 dB.
     Valid: 10 to 100 kHz, wind to about 20 m/s.
+
+    Example:
+        >>> apl_surface_strength_db(wind_speed=[3.0, 10.0], frequency=30e3, grazing=np.radians(20)).round().tolist()
+        [-48.0, -23.0]
     """
     columns = np.broadcast_arrays(
         require_numbers("wind_speed", wind_speed, "m/s", 0.0, allow_nan=False, example="7"),
@@ -66,6 +70,11 @@ class AplSurface:
     Valid: 10 to 100 kHz, wind to about 20 m/s; forward, near the specular direction, facets alone. The report fitted
     its terms to backscatter one by one: at 10 kHz from 10 m/s on, at steep angles, the albedo is up to 1.07.
     There is no cap, which would change the printed strength.
+
+    Example:
+        >>> sea = AplSurface(wind_speed=10.0, frequency=30e3)
+        >>> sea.strength_db(np.radians([10, 30, 80])).round().tolist()
+        [-28.0, -21.0, -1.0]
     """
 
     wind_speed: float

@@ -39,6 +39,10 @@ def bubble_loss_db(wind_speed: ArrayLike, frequency: ArrayLike, grazing: ArrayLi
 
     Source: APL-UW TR 9407 (1994), section II, eqs. 28a and b, read in secondary sources that
     reproduce its figure. Valid: 10 to 100 kHz; wind to 20 m/s (the figure's range is smaller).
+
+    Example:
+        >>> bubble_loss_db(wind_speed=[5.0, 10.0], frequency=30e3, grazing=np.radians(10)).round(1).tolist()
+        [0.7, 4.9]
     """
     u, f, angle = _checked(wind_speed, frequency, grazing)
     return np.asarray(np.minimum(_loss_db(u, f, angle), MAX_LOSS_DB))
@@ -80,6 +84,12 @@ class Bubbles:
 
     Source: APL-UW TR 9407 (1994), section II, in backscatter; the bistatic form and the cone are
     derived here from the same four paths through a uniform layer. Valid: 10 to 100 kHz.
+
+    Example:
+        >>> bubbles = Bubbles(wind_speed=10.0, frequency=30e3)
+        >>> grazing = np.radians(10)
+        >>> f"{10 * np.log10(bubbles.cross_section(grazing, grazing, np.pi)):.0f} dB"
+        '-28 dB'
     """
 
     wind_speed: float

@@ -51,7 +51,15 @@ NO_NUMBERS = kernels.SedimentParameters(*np.zeros(len(kernels.SedimentParameters
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CompiledLaw:
-    """Scattering law as parameters and tables, evaluated by a compiled loop."""
+    """Scattering law as parameters and tables, evaluated by a compiled loop.
+
+    Example:
+        >>> from insonify.frames import direction
+        >>> law = compile_law(Lambert(strength_db=-27.0))
+        >>> down, up = direction(0.0, np.radians(30)), direction(np.pi, np.radians(-30))
+        >>> (10 * np.log10(law.cross_section(down[:, None], up[:, None], [[0], [0], [-1]]))).round().tolist()
+        [-33.0]
+    """
 
     loop: Callable[..., None]
     """Kernel that fills an array: loop(numbers, table, incoming, outgoing, normal, section)."""
@@ -139,6 +147,10 @@ def compile_law(law: ScatteringLaw) -> CompiledLaw:
     Raises:
         TypeError: It has no `cross_section`.
         ValueError: A cross section is negative or not a number.
+
+    Example:
+        >>> compile_law(Jackson(Sediment.named("medium sand"), frequency=100e3))
+        CompiledLaw: surface cross sections, 512 table entries, no cap
     """
     if isinstance(law, ProductLaw):
         return _product(lambda sine: law.direction_factor(np.arcsin(sine)))

@@ -18,7 +18,14 @@ from insonify.scattering.small_slope import UncappedSmallSlope
 
 @dataclass(frozen=True, slots=True)
 class Jackson:
-    """Scattering by a sediment: small-slope surface plus volume."""
+    """Scattering by a sediment: small-slope surface plus volume.
+
+    Example:
+        >>> seabed = Jackson(Sediment.named("medium sand"), frequency=100e3)
+        >>> grazing = np.radians([10, 30, 60])
+        >>> (10 * np.log10(seabed.cross_section(grazing, grazing, np.pi))).round().tolist()
+        [-33.0, -22.0, -19.0]
+    """
 
     sediment: Sediment
     """Sediment below the water."""

@@ -23,6 +23,11 @@ class Kirchhoff:
     The integral over the relief is exact (within the approximation of high frequencies). Energy is not conserved:
     at low grazing angles the albedo may exceed 1 (1.45 at 5 degrees, medium sand, 100 kHz), because
     shadowing and multiple reflection are left out. No cap is applied; use SmallSlope or Jackson where that matters.
+
+    Example:
+        >>> seabed = Kirchhoff(Sediment.named("medium sand"), frequency=30e3)
+        >>> f"{10 * np.log10(seabed.cross_section(np.pi / 2, np.pi / 2, np.pi)):.0f} dB"
+        '-3 dB'
     """
 
     sediment: Sediment

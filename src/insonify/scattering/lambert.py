@@ -36,6 +36,11 @@ class Lambert:
 
     Source: Lambert's cosine law as used for the seabed by Mackenzie (1961), J. Acoust. Soc.
     Am. 33, 1498: -27 dB at 0.5 to 1 kHz; at higher frequencies fit the strength.
+
+    Example:
+        >>> grazing = np.radians([10, 30, 90])
+        >>> (10 * np.log10(Lambert(strength_db=-27.0).cross_section(grazing, grazing, np.pi))).round().tolist()
+        [-42.0, -33.0, -27.0]
     """
 
     citation: ClassVar[str] = "Mackenzie (1961), J. Acoust. Soc. Am. 33, 1498: Lambert's law for the seabed"

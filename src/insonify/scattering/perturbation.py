@@ -22,6 +22,12 @@ class Perturbation:
 
     Energy is not conserved: towards the specular direction the Bragg component becomes infinitely long, where a
     power-law relief has infinite heights. No cap is applied; use SmallSlope or Jackson where that matters.
+
+    Example:
+        >>> seabed = Perturbation(Sediment.named("medium sand"), frequency=30e3)
+        >>> grazing = np.radians(20)
+        >>> f"{10 * np.log10(seabed.cross_section(grazing, grazing, np.pi)):.0f} dB"
+        '-29 dB'
     """
 
     sediment: Sediment

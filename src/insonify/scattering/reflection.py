@@ -34,6 +34,11 @@ def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
     Source: Rayleigh's coefficient of a lossy fluid, APL-UW TR 9407 (1994), eqs. 29-33,
     conjugated from the report's exp(-i omega t).
     Valid: a half space smooth to a fraction of the wavelength, without layers or shear.
+
+    Example:
+        >>> sand = Sediment.named("medium sand")
+        >>> np.abs(reflection_coefficient(sand, np.radians([10, 40, 90]))).round(2).tolist()
+        [0.96, 0.53, 0.37]
     """
     return reflection_coefficient_at_sine(checked_sediment(sediment), np.sin(require_grazing_angle("grazing", grazing)))
 
@@ -91,7 +96,13 @@ def _root(offset: complex, sine: NDArray[np.float64]) -> Complexes:
 
 @dataclass(frozen=True, slots=True)
 class ElasticSolid:
-    """Rock as a uniform solid that supports compressional and shear waves."""
+    """Rock as a uniform solid that supports compressional and shear waves.
+
+    Example:
+        >>> granite = ElasticSolid(density_ratio=2.6, speed_ratio=3.7, shear_ratio=2.2)
+        >>> f"{abs(elastic_reflection_coefficient(granite, np.pi / 2)):.2f}"
+        '0.81'
+    """
 
     density_ratio: float
     """Density over that of the water above [1]."""
@@ -133,6 +144,11 @@ def elastic_reflection_coefficient(solid: ElasticSolid, grazing: ArrayLike) -> C
     section 4.2 (section number not verified), conjugated from exp(-i omega t). Checked against the boundary
     conditions themselves.
     Valid: a smooth half space without layers; the shear wave in sand and mud is slow enough to be left out.
+
+    Example:
+        >>> granite = ElasticSolid(density_ratio=2.6, speed_ratio=3.7, shear_ratio=2.2)
+        >>> np.abs(elastic_reflection_coefficient(granite, np.radians([30, 90]))).round(2).tolist()
+        [1.0, 0.81]
     """
     if not isinstance(solid, ElasticSolid):
         raise ValueError(f"solid is {solid!r}; give an ElasticSolid, or use reflection_coefficient for a sediment")
@@ -169,6 +185,10 @@ def coherent_reflection_factor(
 
     Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566: exp(-2 k^2 h^2 sin^2) of Gaussian heights; equation number
     not checked. Valid: gentle slopes, no shadows (grazing above the slopes).
+
+    Example:
+        >>> coherent_reflection_factor(100e3, rms_height=[0.0, 0.005, 0.01], grazing=np.radians(20)).round(2).tolist()
+        [1.0, 0.36, 0.02]
     """
     speed = require_sound_speed("sound_speed", sound_speed)
     wavenumber = 2 * np.pi * require_numbers("frequency", frequency, "Hz", 0.0) / speed

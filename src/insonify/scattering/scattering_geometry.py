@@ -83,6 +83,12 @@ def local_angles(incoming: ArrayLike, outgoing: ArrayLike, normal: ArrayLike) ->
 
     Raises:
         ValueError: A vector does not have three components, or is not of unit length.
+
+    Example:
+        >>> from insonify.frames import direction
+        >>> down, back = direction(0.0, np.radians(20)), direction(np.pi, np.radians(-20))
+        >>> np.degrees(local_angles(down, back, normal=[0, 0, -1])).round().tolist()
+        [20.0, 20.0, 180.0]
     """
     named = (("incoming", incoming), ("outgoing", outgoing), ("normal", normal))
     into, out, up = np.broadcast_arrays(*(_unit_vectors(name, value) for name, value in named))

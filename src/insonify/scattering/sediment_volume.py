@@ -28,7 +28,14 @@ angle, single scattering would not conserve energy."""
 
 @dataclass(frozen=True, slots=True)
 class SedimentVolume:
-    """Scattering by the volume of a sediment, with refraction and loss on both legs."""
+    """Scattering by the volume of a sediment, with refraction and loss on both legs.
+
+    Example:
+        >>> mud = SedimentVolume(Sediment.named("silty clay"), frequency=100e3)
+        >>> grazing = np.radians(30)
+        >>> f"{10 * np.log10(mud.cross_section(grazing, grazing, np.pi)):.0f} dB"
+        '-30 dB'
+    """
 
     sediment: Sediment
     """Sediment below the water."""

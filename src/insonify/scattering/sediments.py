@@ -79,7 +79,15 @@ def si_spectral_strength(strength_cm4: float, exponent: float = SPECTRAL_EXPONEN
 
 @dataclass(frozen=True, slots=True)
 class Sediment:
-    """Uniform sediment, a fluid with loss under a rough surface."""
+    """Uniform sediment, a fluid with loss under a rough surface.
+
+    Example:
+        >>> sand = Sediment.named("medium sand")
+        >>> f"density ratio {sand.density_ratio:.2f}, speed ratio {sand.speed_ratio:.2f}, loss {sand.loss:.3f}"
+        'density ratio 1.84, speed ratio 1.18, loss 0.016'
+        >>> f"speed ratio {Sediment.from_grain_size(8.0).speed_ratio:.2f}"  # silty clay
+        'speed ratio 0.98'
+    """
 
     # A scenario may describe a sediment; unknown keys are refused.
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", allow_inf_nan=False)

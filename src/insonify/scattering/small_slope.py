@@ -20,7 +20,14 @@ from insonify.scattering.sediments import Sediment
 
 @dataclass(frozen=True, slots=True)
 class SmallSlope:
-    """Scattering by a sediment's rough surface, first order in its slopes."""
+    """Scattering by a sediment's rough surface, first order in its slopes.
+
+    Example:
+        >>> surface = SmallSlope(Sediment.named("medium sand"), frequency=100e3)
+        >>> grazing = np.radians([10, 30, 60])
+        >>> (10 * np.log10(surface.cross_section(grazing, grazing, np.pi))).round().tolist()
+        [-34.0, -22.0, -20.0]
+    """
 
     sediment: Sediment
     """Sediment below the water."""

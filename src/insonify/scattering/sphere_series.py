@@ -34,6 +34,10 @@ def sphere_series_strength_db(
 
     Returns:
         20 log10 |F|, broadcast shape; F as in `sphere_amplitude`.
+
+    Example:
+        >>> sphere_series_strength_db(radius=0.5, frequency=[1e3, 100e3]).round(1).tolist()
+        [-13.4, -12.0]
     """
     tone = require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True, allow_nan=False)
     k = 2 * np.pi * tone / require_sound_speed("sound_speed", sound_speed, gaps=False)

@@ -65,6 +65,12 @@ class SurfaceFacets:
     symmetric, exact in backscatter, and with an albedo of at most 1 at any angle. In backscatter above twice the rms
     slope it is the facet term of APL-UW TR 9407 (1994).
     Valid: 2 k times rms height times sin(grazing) well above 1, slopes below about 0.3.
+
+    Example:
+        >>> sea = SurfaceFacets.isotropic(mean_square_slope=0.04)
+        >>> grazing = np.radians([90, 75, 60])
+        >>> (10 * np.log10(sea.cross_section(grazing, grazing, np.pi))).round().tolist()
+        [3.0, -4.0, -31.0]
     """
 
     along: float

@@ -19,6 +19,12 @@ class SurfaceScattering:
 
     Source: the sum of `SurfaceFacets` and `Bubbles`, the facets attenuated by half of
     `bubble_loss_db` on each leg.
+
+    Example:
+        >>> sea = SurfaceScattering.at_wind(10.0, frequency=30e3)
+        >>> grazing = np.radians([90, 10])
+        >>> (10 * np.log10(sea.cross_section(grazing, grazing, np.pi))).round().tolist()
+        [4.0, -28.0]
     """
 
     facets: SurfaceFacets

@@ -23,6 +23,12 @@ class TableScatteringLaw:
     A table gives backscatter only. For other directions the geometric mean of both directions' backscatter
     is used, for any azimuth: sigma(a, b) = sqrt(sigma(a, a) sigma(b, b)). It is symmetric,
     exact for Lambert's law, and has no specular peak.
+
+    Example:
+        >>> measured = TableScatteringLaw(grazing=np.radians([10, 30, 90]), strength_db=[-35.0, -27.0, -15.0])
+        >>> grazing = np.radians(20)
+        >>> f"{10 * np.log10(measured.cross_section(grazing, grazing, np.pi)):.0f} dB"
+        '-31 dB'
     """
 
     grazing: tuple[float, ...]

@@ -33,6 +33,10 @@ def sphere_strength_db(radius: ArrayLike) -> Floats:
 
     Source: geometrical optics (Urick 1983, Principles of Underwater Sound, table of simple forms).
     Valid: ka > 10 (within about 1 dB of the exact series of a rigid sphere).
+
+    Example:
+        >>> sphere_strength_db([0.5, 2.0]).round().tolist()
+        [-12.0, 0.0]
     """
     return curved_strength_db(radius, radius)
 
@@ -49,6 +53,10 @@ def curved_strength_db(radius_one: ArrayLike, radius_two: ArrayLike) -> Floats:
 
     Source: geometrical optics (Urick 1983, table of simple forms).
     Valid: both radii much larger than the wavelength, and the body larger than a Fresnel zone.
+
+    Example:
+        >>> f"{curved_strength_db(0.5, 2.0):.1f} dB re 1 m^2"
+        '-6.0 dB re 1 m^2'
     """
     one, two = _positive("radius of curvature", radius_one), _positive("radius of curvature", radius_two)
     return np.asarray(10 * np.log10(one * two / 4))
@@ -73,6 +81,10 @@ def cylinder_strength_db(
     Source: Kirchhoff's integral over the lit side by stationary phase. It differs from tables of simple forms
     that print cos^2 (Urick 1983) by 10 log10 cos(tilt).
     Valid: ka cos(tilt) > 10, in the far field of the length.
+
+    Example:
+        >>> cylinder_strength_db(radius=0.25, length=2.0, frequency=100e3, tilt=np.radians([0, 5])).round().tolist()
+        [15.0, -25.0]
     """
     a, L = _positive("radius", radius), _positive("length", length)
     k = _wavenumber(frequency, sound_speed)
@@ -100,6 +112,10 @@ def plate_strength_db(
 
     Source: Kirchhoff's integral over the plate (Urick 1983, table of simple forms).
     Valid: sides much larger than the wavelength, tilts up to about 45 deg, in the far field.
+
+    Example:
+        >>> f"{plate_strength_db(1.0, 1.0, frequency=100e3):.1f} dB re 1 m^2"
+        '36.5 dB re 1 m^2'
     """
     b, across, k = _positive("side", side), _positive("other_side", other_side), _wavenumber(frequency, sound_speed)
     beta = _within_a_right_angle(tilt)
@@ -123,6 +139,10 @@ def disc_strength_db(
 
     Source: Kirchhoff's integral over the disc (Urick 1983, table of simple forms).
     Valid: ka > 10, tilts up to about 45 deg, in the far field.
+
+    Example:
+        >>> f"{disc_strength_db(radius=0.5, frequency=100e3):.1f} dB re 1 m^2"
+        '34.4 dB re 1 m^2'
     """
     from scipy.special import j1
 
