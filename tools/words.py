@@ -123,6 +123,10 @@ def class_names_as_words(texts: dict[str, str], trees: dict[str, ast.Module]) ->
     return found
 
 
+DUNDER = re.compile(r"__[a-z]+__")
+"""Names that Python gives."""
+
+
 def _pattern(words: tuple[str, ...]) -> re.Pattern[str]:
     """Any of some words in lower, upper or title case, on its own or as a part of a name in snake or camel case."""
     lower, title = "|".join(words), "|".join(word[0].upper() + word[1:] for word in words)
@@ -137,7 +141,7 @@ def replaced_words(texts: dict[str, str]) -> list[str]:
         f"{name}:{number}: {match[0]}"
         for name, text in texts.items()
         for number, line in enumerate(text.splitlines(), start=1)
-        for match in (package_word if name.startswith("src/") else word).finditer(line)
+        for match in (package_word if name.startswith("src/") else word).finditer(DUNDER.sub("", line))
         if name not in ALLOWED.get(match[0].lower(), ())
     ]
     for name, text in texts.items():
