@@ -95,3 +95,12 @@ def test_a_folder_that_is_no_package_is_noticed(tmp_path):
     (tmp_path / "src" / "ocean").mkdir(parents=True)
     (tmp_path / "src" / "ocean" / "water.py").write_text(WELL)
     assert "src/ocean has no __init__.py" in shape.measure(tmp_path).undocumented
+
+
+def test_the_guide_states_the_bars():
+    """CONTRIBUTING.md has the largest number of functions with many parameters, and how many these are."""
+    guide = Path(__file__).parents[1] / "CONTRIBUTING.md"
+    if not guide.is_file():
+        pytest.skip("an installation, not a checkout")
+    bar = f"no more than {shape.WIDE_FUNCTIONS} functions pass {shape.PARAMETERS} parameters"
+    assert bar in guide.read_text(encoding="utf-8")
