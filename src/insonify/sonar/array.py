@@ -44,7 +44,13 @@ Steers = Annotated[
 
 
 class PointTransducer(Model):
-    """A transducer too small to have a beam of its own."""
+    """A transducer too small to have a beam of its own.
+
+    Example:
+        >>> hydrophone = PointTransducer(element="omni", offset=(0, 0, "0.5 m"))
+        >>> hydrophone.offset
+        (0.0, 0.0, 0.5)
+    """
 
     kind: Literal["point"] = "point"
     element: Literal["omni", "baffled", "cosine"] = "omni"
@@ -64,7 +70,13 @@ class PointTransducer(Model):
 
 
 class LineArray(Model):
-    """A line of transducers along the array's right: narrow across, open in elevation."""
+    """A line of transducers along the array's right: narrow across, open in elevation.
+
+    Example:
+        >>> array = LineArray(length="0.45 m", steer={"from": "-60 deg", "to": "60 deg", "step": "30 deg"})
+        >>> np.degrees(array.steer).round().tolist()
+        [-60.0, -30.0, 0.0, 30.0, 60.0]
+    """
 
     kind: Literal["line"] = "line"
     length: Metres = Field(gt=0, le=100)
@@ -92,7 +104,13 @@ class LineArray(Model):
 
 
 class PlanarArray(Model):
-    """A flat panel of transducers: it has a width to the right and a height down."""
+    """A flat panel of transducers: it has a width to the right and a height down.
+
+    Example:
+        >>> panel = PlanarArray(width="0.2 m", height="0.1 m", steer=["-10 deg", "10 deg"], steer_down="20 deg")
+        >>> np.degrees(panel.steers).round().tolist()
+        [[-10.0, 20.0], [10.0, 20.0]]
+    """
 
     kind: Literal["planar"] = "planar"
     width: Metres = Field(gt=0, le=100)

@@ -47,7 +47,14 @@ MIN_ELEMENT_GAIN = 1e-2
 
 @dataclass(frozen=True)
 class Beams:
-    """Beams of one array at one frequency and attitude."""
+    """Beams of one array at one frequency and attitude.
+
+    Example:
+        >>> from insonify.frames import direction
+        >>> horizontal = beams(LineArray(length="0.6 m", steer="0 deg"), frequency=100e3, sound_speed=1500.0)
+        >>> (horizontal.gain(direction(np.radians([0.0, 0.635]))) ** 2).round(2).tolist()
+        [[1.0, 0.5]]
+    """
 
     axes: Floats
     """Boresight, right and down of the array in the world, as rows [1], shape (3, 3)."""
@@ -207,6 +214,12 @@ def beams(
         One beam per steer angle. Steering is by phase: the pattern keeps its shape in direction cosine.
 
     Source: product theorem; R. J. Urick (1983), Principles of Underwater Sound, ch. 3.
+
+    Example:
+        >>> from insonify.frames import direction
+        >>> pair = beams(LineArray(length="0.6 m", steer=["0 deg", "10 deg"]), frequency=100e3, sound_speed=1500.0)
+        >>> np.abs(pair.gain(direction(np.radians(10)))).round(2).tolist()
+        [0.01, 1.0]
     """
     unrotated = _beams_in_array_frame(array, frequency, sound_speed)
     return unrotated if rotation is None else replace(unrotated, axes=np.ascontiguousarray(rotation, dtype=float))
@@ -248,6 +261,12 @@ def grating_lobes(array: LineArray | PlanarArray | PointTransducer, frequency: f
     Returns:
         Cosines to the array's right and down of the replicas of all beams, shape (n, 2). Those that the
         elements' own directivity brings below -20 dB are left out.
+
+    Example:
+        >>> sparse = LineArray(length="0.18 m", elements=8, element="omni", steer="0 deg")  # pitch 1.5 wavelengths
+        >>> lobes = grating_lobes(sparse, frequency=100e3, sound_speed=1500.0)
+        >>> np.degrees(np.arcsin(lobes[:, 0])).round().tolist()
+        [-42.0, 42.0]
     """
     all_beams = beams(array, frequency, sound_speed)
     period = _replica_period(array, sound_speed / frequency)

@@ -47,7 +47,13 @@ class _Elements(Model):
 
 
 class ElementArray(_Elements):
-    """Elements at any positions."""
+    """Elements at any positions.
+
+    Example:
+        >>> pair = ElementArray(positions=[(0, 0, "-5 cm"), (0, 0, "5 cm")], element="omni")
+        >>> pair.positions
+        ((0.0, 0.0, -0.05), (0.0, 0.0, 0.05))
+    """
 
     kind: Literal["elements"] = "elements"
     positions: Annotated[tuple[ElementPosition, ...], Field(min_length=1, max_length=10_000)]
@@ -79,7 +85,13 @@ class ElementArray(_Elements):
 
 
 class ArcArray(_Elements):
-    """Elements evenly along an arc about boresight, each facing outwards: a cylindrical head."""
+    """Elements evenly along an arc about boresight, each facing outwards: a cylindrical head.
+
+    Example:
+        >>> head = ArcArray(radius="10 cm", arc_angle="120 deg", elements=5)
+        >>> np.degrees(head.orientations).round().tolist()
+        [-60.0, -30.0, 0.0, 30.0, 60.0]
+    """
 
     kind: Literal["arc"] = "arc"
     radius: Metres = Field(gt=0, le=100)

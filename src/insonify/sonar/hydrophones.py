@@ -23,7 +23,14 @@ BeamArray = LineArray | PlanarArray | PointTransducer
 
 
 class ElementErrors(Model):
-    """Random errors of the elements, the same in all pings of a sonar."""
+    """Random errors of the elements, the same in all pings of a sonar.
+
+    Example:
+        >>> errors = ElementErrors(phase="5 deg")
+        >>> response = hydrophones(LineArray(length="6 m", elements=400), errors, seed=1).response
+        >>> f"{np.degrees(np.angle(response).std()):.0f} deg rms"
+        '5 deg rms'
+    """
 
     gain_db: Annotated[Decibels, Field(ge=0, le=40)] = 0.0
     """Root mean square error of the gain [dB]."""
@@ -37,7 +44,13 @@ class ElementErrors(Model):
 
 @dataclass(frozen=True, slots=True)
 class Hydrophones:
-    """The m elements of a receiving array."""
+    """The m elements of a receiving array.
+
+    Example:
+        >>> array = hydrophones(LineArray(length="0.4 m", elements=4), ElementErrors(), seed=1)
+        >>> array.positions[:, 1].round(3).tolist()
+        [-0.15, -0.05, 0.05, 0.15]
+    """
 
     positions: Floats
     """Position from the array's centre: along boresight, right, down [m], shape (m, 3)."""
@@ -63,6 +76,11 @@ def hydrophones(array: AnyArray, errors: ElementErrors, seed: int, side: int = 0
         errors: Root mean square errors, and dead elements.
         seed: Seed of the scenario.
         side: Number of the side of the platform, on which the random errors depend.
+
+    Example:
+        >>> array = hydrophones(LineArray(length="0.4 m", elements=4), ElementErrors(dead=[2]), seed=1)
+        >>> array.response.real.tolist()
+        [1.0, 1.0, 0.0, 1.0]
     """
     position, orientation = element_layout(array)
     count = len(position)
@@ -82,6 +100,11 @@ def element_layout(array: AnyArray) -> tuple[Floats, Floats]:
 
     Args:
         array: The array: elements of a line are in order from left to right, those of a panel row by row from the top.
+
+    Example:
+        >>> positions, orientations = element_layout(LineArray(length="0.4 m", elements=4))
+        >>> positions[:, 1].round(3).tolist()
+        [-0.15, -0.05, 0.05, 0.15]
     """
     if isinstance(array, ElementArray | ArcArray):
         position = np.array(array.positions, float)

@@ -28,7 +28,13 @@ MIN_PLAUSIBLE_FREQUENCY = 2000.0
 
 
 class Pulse(Model):
-    """A burst of sound: a tone ("cw") or a linear sweep ("lfm"), with tapered ends."""
+    """A burst of sound: a tone ("cw") or a linear sweep ("lfm"), with tapered ends.
+
+    Example:
+        >>> chirp = Pulse(kind="lfm", frequency="100 kHz", bandwidth="20 kHz", duration="2 ms")
+        >>> f"time-bandwidth product {chirp.duration * chirp.bandwidth:.0f}"
+        'time-bandwidth product 40'
+    """
 
     kind: Literal[KINDS] = "cw"  # type: ignore[valid-type]
     """Kind: a tone burst of one frequency (cw), or a linear frequency sweep (lfm)."""
@@ -117,6 +123,11 @@ def envelope(pulse: Pulse, time: ArrayLike) -> Complexes:
         Envelope of unit peak [1], shape of time; zero outside 0..duration.
 
     Source: F. J. Harris (1978), Proc. IEEE 66(1), 51-83 (Tukey window); a linear sweep by definition.
+
+    Example:
+        >>> tone = Pulse(frequency="100 kHz", duration="1 ms", taper="hann")
+        >>> envelope(tone, [0.0, 0.25e-3, 0.5e-3, 1.5e-3]).real.round(3).tolist()
+        [0.0, 0.5, 1.0, 0.0]
     """
     t = np.asarray(time, dtype=float)
     return modulated_envelope(pulse.modulation, _numbers(pulse), t, rising=pulse.sweep == "up")
@@ -135,6 +146,11 @@ def spectrum(pulse: Pulse, offset: ArrayLike) -> Complexes:
 
     Returns:
         Spectrum [s], shape of offset, within 1e-9 of its peak.
+
+    Example:
+        >>> tone = Pulse(frequency="100 kHz", duration="1 ms", taper="none")
+        >>> (np.abs(spectrum(tone, [0.0, 500.0, 1000.0])) * 1e3).round(3).tolist()  # ms
+        [1.0, 0.637, 0.0]
     """
     f = np.asarray(offset, dtype=float)
     centred = pulse.modulation.spectrum(_numbers(pulse), f)
@@ -147,6 +163,10 @@ def energy_duration(pulse: Pulse) -> float:
     """Duration of a rectangular tone burst of the same peak and energy, integral of |envelope|^2 dt [s].
 
     Source: mean square of a half-cosine taper is 3/8, so T (1 - 5 a / 8) for a tapered share a.
+
+    Example:
+        >>> f"{energy_duration(Pulse(frequency='100 kHz', duration='1 ms', taper='hann')) * 1e3:.3f} ms"
+        '0.375 ms'
     """
     return pulse.duration * (1 - 0.625 * tapered_fraction(pulse))
 

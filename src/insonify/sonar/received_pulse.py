@@ -31,7 +31,14 @@ RINGING_ENERGY = 1e-10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReceivedPulse:
-    """Waveform that an echo of unit rms pressure and zero delay leaves in the recording."""
+    """Waveform that an echo of unit rms pressure and zero delay leaves in the recording.
+
+    Example:
+        >>> pulse = Pulse(kind="lfm", frequency="100 kHz", bandwidth="20 kHz", duration="2 ms")
+        >>> compressed = receive_pulse(pulse, Receiver(bandwidth="40 kHz", matched_filter=True))
+        >>> f"peak {compressed.peak:.2f}, resolution {compressed.finest_resolution(1500.0) * 100:.2f} cm"
+        'peak 1.00, resolution 3.75 cm'
+    """
 
     pulse: Pulse
     receiver: Receiver
@@ -134,13 +141,25 @@ def received_pulse(sonar: Sonar) -> ReceivedPulse:
 
     Source: matched filter normalised by the pulse's energy E = integral |p|^2, so that an echo of
     rms pressure p peaks at p; Turin (1960), IRE Trans. Inf. Theory 6(3), 311-329.
+
+    Example:
+        >>> pulse, point = Pulse(frequency="100 kHz", duration="1 ms"), PointTransducer()
+        >>> sonar = Sonar(source_level_db="200 dB", pulse=pulse, transmit=point, receive=point)
+        >>> f"range resolution {received_pulse(sonar).finest_resolution(1500.0):.2f} m"
+        'range resolution 0.70 m'
     """
     return receive_pulse(sonar.pulse, sonar.receiver)
 
 
 @lru_cache(maxsize=8)  # checks, warnings and the simulator of one sonar use the same
 def receive_pulse(pulse: Pulse, receiver: Receiver) -> ReceivedPulse:
-    """Received pulse of a transmitted pulse and a receiver."""
+    """Received pulse of a transmitted pulse and a receiver.
+
+    Example:
+        >>> echo = receive_pulse(Pulse(frequency="100 kHz", duration="1 ms"), Receiver(bandwidth="20 kHz"))
+        >>> f"{np.abs(echo.samples(0.5e-3)):.2f}"
+        '1.00'
+    """
     first, period = _span(pulse, receiver)
     bins = int(receiver.sample_rate / 2 * period)
     offset = np.arange(-bins, bins + 1) / period

@@ -19,7 +19,13 @@ FULL_TO_FLAT_BANDWIDTH = 1.25
 
 
 class Receiver(Model):
-    """The receiver chain: a band about the centre frequency, noise, gain, conversion, matched filter."""
+    """The receiver chain: a band about the centre frequency, noise, gain, conversion, matched filter.
+
+    Example:
+        >>> receiver = Receiver(bandwidth="40 kHz", matched_filter=True)
+        >>> receiver.sample_rate
+        50000.0
+    """
 
     bandwidth: Hertz = Field(default=20e3, gt=0, le=10e6)
     """Flat two-sided band about the centre frequency [Hz]."""
@@ -72,6 +78,10 @@ def response(receiver: Receiver, offset: ArrayLike) -> NDArray[np.float64]:
 
     Returns:
         1 up to half the band, then a raised cosine down to 0 at 0.625 of the band, shape of `offset`.
+
+    Example:
+        >>> response(Receiver(bandwidth="20 kHz"), [0.0, 10e3, 11.25e3, 12.5e3]).round(3).tolist()
+        [1.0, 1.0, 0.5, 0.0]
     """
     edge = (np.abs(np.asarray(offset, dtype=float)) / receiver.bandwidth - 0.5) / (FULL_TO_FLAT_BANDWIDTH / 2 - 0.5)
     return np.asarray(np.cos(np.pi / 2 * np.clip(edge, 0, 1)) ** 2)

@@ -25,7 +25,13 @@ Side = Literal["port", "starboard"]
 
 
 class Mounting(Model):
-    """Orientation of the arrays on the platform."""
+    """Orientation of the arrays on the platform.
+
+    Example:
+        >>> mounting = Mounting(bearing="90 deg", tilt="30 deg")
+        >>> round(mounting.tilt, 3)
+        0.524
+    """
 
     bearing: Heading = STARBOARD
     """Direction of boresight, clockwise from the bow [rad]."""
@@ -34,7 +40,14 @@ class Mounting(Model):
 
 
 class Sonar(Model):
-    """A transmitter and its receiver, with the same mounting if on one platform; or a pair of these, one a side."""
+    """A transmitter and its receiver, with the same mounting if on one platform; or a pair of these, one a side.
+
+    Example:
+        >>> pulse, array = Pulse(frequency="450 kHz", duration="0.1 ms"), LineArray(length="0.45 m")
+        >>> sonar = Sonar(source_level_db=210, pulse=pulse, transmit=array, receive=array, sides=["port", "starboard"])
+        >>> sonar.channel_sides
+        (-1, 1)
+    """
 
     source_level_db: Decibels = Field(ge=0, le=300)
     """Rms level on the axis of the transmit beam [dB re 1 uPa at 1 m]."""
@@ -223,6 +236,14 @@ def array_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.float6
 
     Returns:
         Boresight, right and down as rows in north, east, down [1], shape (3, 3).
+
+    Example:
+        >>> from insonify.frames import pose_rotation
+        >>> pulse, point = Pulse(frequency="100 kHz", duration="1 ms"), PointTransducer()
+        >>> down = Mounting(bearing="90 deg", tilt="30 deg")
+        >>> sonar = Sonar(source_level_db=200, pulse=pulse, transmit=point, receive=point, mounting=down)
+        >>> array_rotation(sonar, pose_rotation(heading=0.0))[0].round(3).tolist()  # boresight
+        [0.0, 0.866, 0.5]
     """
     return array_axes(body, _mounting_axes(sonar.mounting.bearing, sonar.mounting.tilt))
 
@@ -261,6 +282,12 @@ def array_position(array: AnyArray, position: NDArray[np.float64], body: NDArray
 
     Returns:
         Centre of the array in north, east, down [m], shape (3,).
+
+    Example:
+        >>> from insonify.frames import pose_rotation
+        >>> east = pose_rotation(heading=np.radians(90))
+        >>> array_position(PointTransducer(offset=(2, 0, "0.5 m")), np.array([0.0, 0.0, 5.0]), east).round(3).tolist()
+        [0.0, 2.0, 5.5]
     """
     return np.asarray(position + body @ np.asarray(array.offset))
 

@@ -37,6 +37,12 @@ def two_way_footprint(transmit: Beams, receive: Beams, *, within: float = np.pi)
         Energy width [rad], shape (channels,).
 
     Source: integral of sinc^4 = 2 / 3; Urick (1983), Principles of Underwater Sound, ch. 8.
+
+    Example:
+        >>> array = LineArray(length="0.6 m", steer="0 deg")
+        >>> side = beams(array, frequency=100e3, sound_speed=1500.0)
+        >>> np.degrees(two_way_footprint(side, side)).round(2).tolist()
+        [0.95]
     """
     panels = max(
         4, int(np.ceil(2 * within * _aperture_wavelengths(transmit, receive) / 4)) * 4
@@ -55,6 +61,12 @@ def two_way_width(transmit: Beams, receive: Beams) -> float:
     Args:
         transmit: Transmit beams, one or as many as receive.
         receive: Receive beams, one or as many as transmit.
+
+    Example:
+        >>> array = LineArray(length="0.6 m", steer="0 deg")
+        >>> side = beams(array, frequency=100e3, sound_speed=1500.0)
+        >>> f"{np.degrees(two_way_width(side, side)):.2f} deg"
+        '0.91 deg'
     """
     return _cached_extent(_min_width, transmit, receive)
 

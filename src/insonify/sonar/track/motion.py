@@ -106,7 +106,14 @@ class RandomRotation(MotionSpectrum):
 
 
 class Motion(Model):
-    """Random motion that is added to the planned poses; by default none."""
+    """Random motion that is added to the planned poses; by default none.
+
+    Example:
+        >>> heaving = Motion(heave={"rms": "0.2 m", "period": "6 s"})
+        >>> track = StaticTrack(position=(0, 0, 5), interval="1 s", pings=2000, motion=heaving)
+        >>> f"{true_poses(track, seed=1).position[:, 2].std():.1f} m"
+        '0.2 m'
+    """
 
     surge: RandomTranslation = RandomTranslation()
     """Displacement forward along the heading [m]."""

@@ -22,7 +22,15 @@ MIN_GAP = 1.0
 
 
 class NavigationTrack(PingSchedule):
-    """Track from a navigation log, with linear interpolation of positions and angles between its rows."""
+    """Track from a navigation log, with linear interpolation of positions and angles between its rows.
+
+    Example:
+        >>> log = [(0, 0, 0, 5, 90), (10, 0, 20, 5, 90)]
+        >>> np.savetxt("log.csv", log, delimiter=",", header="time,north,east,depth,heading [deg]", comments="")
+        >>> track = NavigationTrack(file="log.csv", interval="5 s")
+        >>> true_poses(track).position.round(3).tolist()
+        [[0.0, 0.0, 5.0], [0.0, 10.0, 5.0], [0.0, 20.0, 5.0]]
+    """
 
     kind: Literal["navigation"] = "navigation"
     file: DataFile

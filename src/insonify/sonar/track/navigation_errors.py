@@ -45,7 +45,14 @@ class AngleError(Model):
 
 
 class NavigationErrors(Model):
-    """Errors of the navigation log; by default none."""
+    """Errors of the navigation log; by default none.
+
+    Example:
+        >>> track = StaticTrack(position=(0, 0, 5), pings=2)
+        >>> errors = NavigationErrors(heading={"offset": "1 deg"})
+        >>> np.degrees(logged_poses(errors, true_poses(track), seed=1).heading).round(3).tolist()
+        [1.0, 1.0]
+    """
 
     north: PositionError = PositionError()
     east: PositionError = PositionError()
@@ -69,6 +76,12 @@ def logged_poses(errors: NavigationErrors, true: Poses, seed: int) -> Poses:
 
     Returns:
         Poses of the same pings; bit-identical with the true ones where there are no errors.
+
+    Example:
+        >>> true = true_poses(LineTrack(start=(0, 0, 5), speed="2 m/s", interval="1 s", pings=3))
+        >>> drifting = NavigationErrors(north={"drift": "0.1 m/s"})
+        >>> logged_poses(drifting, true, seed=1).position[:, 0].round(3).tolist()
+        [0.0, 2.1, 4.2]
     """
     step = float(true.time[1] - true.time[0]) if len(true) > 1 else 1.0  # the pings are evenly spaced
     return NavigationSystem(errors, step, seed).log(true)

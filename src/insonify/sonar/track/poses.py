@@ -13,7 +13,13 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Poses:
-    """Positions and attitudes of the platform, one row per ping."""
+    """Positions and attitudes of the platform, one row per ping.
+
+    Example:
+        >>> poses = true_poses(StaticTrack(position=(0, 0, 5), heading="90 deg"))
+        >>> poses.offset_positions((2.0, 0.0, 0.5)).round(3).tolist()  # 2 m ahead, 0.5 m down
+        [[0.0, 2.0, 5.5]]
+    """
 
     time: Floats
     """Time of transmission since the first ping [s], shape (pings,)."""

@@ -11,7 +11,13 @@ from insonify.sonar.track.poses import Poses
 
 
 class StaticTrack(PingSchedule, FixedTilt, FixedHeading):
-    """A platform that does not move."""
+    """A platform that does not move.
+
+    Example:
+        >>> track = StaticTrack(position=(0, 0, "5 m"), heading="90 deg", interval="0.5 s", pings=3)
+        >>> true_poses(track).time.tolist()
+        [0.0, 0.5, 1.0]
+    """
 
     kind: Literal["static"] = "static"
     position: Position
@@ -32,7 +38,13 @@ class StaticTrack(PingSchedule, FixedTilt, FixedHeading):
 
 
 class LineTrack(PingSchedule, FixedTilt, FixedHeading):
-    """A platform that runs straight ahead at constant depth and speed."""
+    """A platform that runs straight ahead at constant depth and speed.
+
+    Example:
+        >>> track = LineTrack(start=(0, 0, 5), heading="90 deg", speed="2 m/s", interval="0.5 s", pings=101)
+        >>> true_poses(track).position[-1].round(3).tolist()
+        [0.0, 100.0, 5.0]
+    """
 
     kind: Literal["line"] = "line"
     start: Position

@@ -23,6 +23,11 @@ def true_poses(
 
     Returns:
         One row per ping. Surge and sway are horizontal, along the planned heading and across it.
+
+    Example:
+        >>> track = LineTrack(start=(0, 0, 5), heading="90 deg", speed="2 m/s", interval="0.5 s", pings=3)
+        >>> true_poses(track).position.round(3).tolist()
+        [[0.0, 0.0, 5.0], [0.0, 1.0, 5.0], [0.0, 2.0, 5.0]]
     """
     plan = track.planned_poses(after)
     if track.motion.is_still:

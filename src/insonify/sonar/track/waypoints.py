@@ -24,7 +24,15 @@ Floats = NDArray[np.float64]
 
 
 class WaypointTrack(PingSchedule, FixedTilt):
-    """A platform that moves from waypoint to waypoint at constant speed, heading along its path."""
+    """A platform that moves from waypoint to waypoint at constant speed, heading along its path.
+
+    Example:
+        >>> track = WaypointTrack(waypoints=[(0, 0, 5), (100, 0, 5), (100, 50, 5)], speed="2 m/s", interval="1 s")
+        >>> track.ping_count
+        76
+        >>> np.degrees(true_poses(track).heading[[0, -1]]).round().tolist()
+        [0.0, 90.0]
+    """
 
     kind: Literal["waypoints"] = "waypoints"
     waypoints: tuple[Position, ...]
