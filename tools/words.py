@@ -148,7 +148,10 @@ def replaced_words(texts: dict[str, str]) -> list[str]:
         if name.startswith("src/") and name.endswith(".py") and name not in ALLOWED["place"]:
             for token in tokenize.generate_tokens(io.StringIO(text).readline):
                 if token.type == tokenize.NAME and not re.search(r"(?i)(one|two|in)_(way|place)", token.string):
-                    found += [f"{name}:{token.start[0]}: {match[0]}" for match in name_part.finditer(token.string)]
+                    found += [
+                        f"{name}:{token.start[0]}: {match[0]}"
+                        for match in name_part.finditer(DUNDER.sub("", token.string))
+                    ]
     return found
 
 

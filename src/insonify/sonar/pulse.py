@@ -14,10 +14,10 @@ from pydantic import Field, model_validator
 from insonify.model import Hertz, Model, Seconds, field_error
 from insonify.sonar.linear_sweep import LinearSweep
 from insonify.sonar.modulation import Complexes, Form, Modulation, PulseNumbers, modulated_envelope
-from insonify.sonar.tone import Tone
+from insonify.sonar.tone_burst import ToneBurst
 from insonify.validity import warn_outside
 
-MODULATIONS: dict[str, Modulation] = {"cw": Tone(), "lfm": LinearSweep()}
+MODULATIONS: dict[str, Modulation] = {"cw": ToneBurst(), "lfm": LinearSweep()}
 """Modulations by the kind of pulse; one entry registers a kind."""
 KINDS = tuple(MODULATIONS)
 

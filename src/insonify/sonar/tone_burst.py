@@ -5,7 +5,7 @@ import numpy as np
 from insonify.sonar.modulation import Complexes, Floats, Modulation, PulseNumbers
 
 
-class Tone(Modulation):
+class ToneBurst(Modulation):
     """Pulse of one frequency, whose band follows from its duration."""
 
     form = "cw"
