@@ -18,7 +18,9 @@ WITH_EXAMPLES = [
     for path in sorted(SOURCE.rglob("*.py"))
     if ">>> " in path.read_text(encoding="utf-8")
 ]
-PACKAGES = ("insonify.ocean", "insonify.scattering", "insonify.sonar")
+PACKAGES = (
+    "insonify.ocean", "insonify.scattering", "insonify.scene.terrain", "insonify.sonar",
+)  # fmt: skip
 """Packages in whose `__all__` every class and function has an example."""
 
 

@@ -38,7 +38,14 @@ Coordinate = Annotated[Metres, Field(ge=-1e8, le=1e8)]
 
 
 class BathymetryGrid(Model):
-    """Bathymetry from a file: GeoTIFF, BAG, netCDF or numpy."""
+    """Bathymetry from a file: GeoTIFF, BAG, netCDF or numpy.
+
+    Example:
+        >>> north, east = np.arange(0.0, 50.0), np.arange(0.0, 100.0)
+        >>> np.savez("survey.npz", depth=20.0 + 0.02 * north[:, None] + 0.0 * east, north=north, east=east)
+        >>> np.round(BathymetryGrid(file="survey.npz").depths, 2).tolist()  # shallowest, mean, deepest [m]
+        [20.0, 20.49, 20.98]
+    """
 
     kind: Literal["grid"] = "grid"
     file: DataFile

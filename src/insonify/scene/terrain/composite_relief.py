@@ -24,7 +24,14 @@ _LAYERS = 4  # streams a relief may use
 
 @dataclass(frozen=True)
 class CompositeRelief(Relief):
-    """Resolved terrain, and the components from which the variance of the unresolved roughness follows."""
+    """Resolved terrain, and the components from which the variance of the unresolved roughness follows.
+
+    Example:
+        >>> terrain = build_terrain([PowerLaw(hurst=0.6, rms="10 cm")], seed=1)
+        >>> roughness = terrain.band_variance(terrain.cutoff.wavenumber, np.inf) ** 0.5
+        >>> f"{100 * roughness:.1f} cm of wavelengths below {terrain.cutoff.wavelength} m left to the scattering law"
+        '1.1 cm of wavelengths below 0.5 m left to the scattering law'
+    """
 
     resolved: ReliefSum
     """Relief of wavelengths above the cutoff."""
@@ -35,7 +42,7 @@ class CompositeRelief(Relief):
 
     def __repr__(self) -> str:
         kinds = ", ".join(map(repr, self.components)) or "flat"
-        return f"Ground: {kinds}; split at {self.cutoff.wavelength:g} m"
+        return f"CompositeRelief: {kinds}; resolved above {self.cutoff.wavelength:g} m"
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
         """Height and gradient of the resolved terrain, see `Relief.sample`."""
@@ -105,6 +112,12 @@ def build_terrain(
 
     Returns:
         Unbounded terrain: any point can be evaluated in any order, bit-identically.
+
+    Example:
+        >>> terrain = build_terrain([PowerLaw(hurst=0.6, rms="10 cm", outer_scale="20 m")], seed=1)
+        >>> north, east = np.mgrid[0:500:1.0, 0:500:1.0]
+        >>> f"rms height {100 * terrain.height(north, east).std():.0f} cm"
+        'rms height 10 cm'
     """
     cutoff, scatterer_grid = cutoff or RoughnessCutoff(), scatterer_grid or ScattererGrid()
     parts: list[Relief] = []
@@ -117,7 +130,9 @@ def build_terrain(
         elif isinstance(kind, Scour):
             parts.append(kind.build_relief(scatterer_grid))
         elif not isinstance(kind, Ripples):
-            raise ValueError(f"kinds has {kind!r}; give reliefs, such as [PowerLaw(hurst=0.6, rms=0.05), Ripples()]")
+            raise ValueError(
+                f"components has {kind!r}; give reliefs, such as [PowerLaw(hurst=0.6, rms=0.05), Ripples()]"
+            )
         else:
             field = kind.build_relief(seed=seed, layer=layer, cutoff=cutoff, heading=scatterer_grid.heading)
             parts.extend([field] if field is not None else [])

@@ -31,6 +31,11 @@ class PowerLaw(Model):
 
     Source of the relations: the von Karman (Matern) family; gamma = 2 H + 2 and the structure constant as in
     APL-UW TR 9407 (1994), section IV. Measured seabeds have gamma 2.4 to 3.9.
+
+    Example:
+        >>> relief = PowerLaw(hurst=0.6, rms="10 cm", outer_scale="20 m")
+        >>> f"exponent {relief.gamma:.1f}, rms height {100 * relief.band_variance() ** 0.5:.0f} cm"
+        'exponent 3.2, rms height 10 cm'
     """
 
     kind: Literal["power-law"] = "power-law"

@@ -32,7 +32,7 @@ def broadcast_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = 
         allow_nan: True: NaN is permitted; the terrain there is NaN.
 
     Raises:
-        ValueError: A coordinate is not a number within `FARTHEST`.
+        ValueError: A coordinate is not a number within `MAX_COORDINATE`.
     """
     n, e = np.broadcast_arrays(*_checked_positions(north, east, allow_nan=allow_nan))
     return n, e
@@ -48,7 +48,13 @@ def _checked_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = T
 
 
 class TerrainSample(NamedTuple):
-    """The terrain at some points."""
+    """The terrain at some points.
+
+    Example:
+        >>> sample = TerrainSample(height=np.array([0.2]), slope=np.array([[0.1, 0.0]]))
+        >>> f"slope {np.degrees(np.arctan(np.hypot(*sample.slope[0]))):.1f} deg"
+        'slope 5.7 deg'
+    """
 
     height: Floats
     """Height above the mean plane, positive up [m], shape (...)."""
@@ -57,7 +63,13 @@ class TerrainSample(NamedTuple):
 
 
 class Relief(Protocol):
-    """Height and gradient of a terrain as functions of position."""
+    """Height and gradient of a terrain as functions of position.
+
+    Example:
+        >>> relief: Relief = build_terrain([PowerLaw(hurst=0.6, rms="10 cm")], seed=1)
+        >>> relief.height(0.0, [0.0, 1.0]).shape, relief.slope(0.0, [0.0, 1.0]).shape
+        ((2,), (2, 2))
+    """
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
         """Height and gradient.
@@ -88,7 +100,14 @@ class Relief(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ReliefSum(Relief):
-    """Sum of reliefs, in the frame of the scene's scatterer grid."""
+    """Sum of reliefs, in the frame of the scene's scatterer grid.
+
+    Example:
+        >>> terrain = build_terrain([Ripples(direction="0 deg"), Ripples(direction="90 deg")], seed=1)
+        >>> crossed: ReliefSum = terrain.resolved
+        >>> bool(crossed.height(5.0, 5.0) == sum(part.height(5.0, 5.0) for part in crossed.parts))
+        True
+    """
 
     parts: tuple[Relief, ...]
     """Reliefs that are added; each is evaluated in grid coordinates. Empty: flat terrain."""
@@ -148,6 +167,10 @@ def upward_normal(slope: ArrayLike) -> Floats:
 
     Returns:
         Unit vectors, shape (..., 3); (0, 0, -1) on flat terrain.
+
+    Example:
+        >>> upward_normal([0.1, 0.1]).round(3).tolist()
+        [-0.099, -0.099, -0.99]
     """
     slope = require_numbers("slope", slope, "")
     if slope.ndim == 0 or slope.shape[-1] != 2:

@@ -26,6 +26,11 @@ class Ripples(Model):
 
     The shape resembles wave-made ripples, except that crests bend but do not fork. Heights of 0.1 to 0.2 wavelengths
     are typical of sand.
+
+    Example:
+        >>> ripples = Ripples(wavelength="1 m", height="10 cm", direction="90 deg")
+        >>> f"rms height {100 * ripples.variance ** 0.5:.1f} cm"
+        'rms height 3.6 cm'
     """
 
     kind: Literal["ripples"] = "ripples"

@@ -19,7 +19,14 @@ FINEST, COARSEST = 0.005, 1000.0
 
 
 class RoughnessCutoff(Model):
-    """Wavelength between resolved terrain and roughness left to the scattering law."""
+    """Wavelength between resolved terrain and roughness left to the scattering law.
+
+    Example:
+        >>> from insonify.scattering import Sediment
+        >>> cutoff = RoughnessCutoff.of_sediment(Sediment.named("medium sand"), frequency=30e3)
+        >>> f"{cutoff.wavelength:.2f} m"
+        '0.52 m'
+    """
 
     wavelength: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] = 0.5
     """Longest wavelength that is left to the scattering law [m]; the default is medium sand's at 30 kHz."""

@@ -22,7 +22,13 @@ _LAYER = 1 << 20  # above every layer of relief
 
 
 class SedimentPatches(Model):
-    """Patches of several sediments; in the given order, each borders on the one before and the next only."""
+    """Patches of several sediments; in the given order, each borders on the one before and the next only.
+
+    Example:
+        >>> patches = SedimentPatches(sediments=["medium sand", "silty clay"], fractions=[0.7, 0.3], size="20 m")
+        >>> SedimentMap(base=patches).sediments
+        ('medium sand', 'silty clay')
+    """
 
     kind: Literal["patches"] = "patches"
     sediments: Annotated[tuple[SedimentName, ...], Field(min_length=2)]
@@ -46,7 +52,13 @@ class SedimentPatches(Model):
 
 
 class SedimentRegion(Model):
-    """A polygon of one sediment."""
+    """A polygon of one sediment.
+
+    Example:
+        >>> region = SedimentRegion(sediment="gravel", corners=[(0, 0), (0, 50), (50, 50)])
+        >>> region.covers(np.array([10.0, 40.0]), np.array([40.0, 10.0])).tolist()
+        [True, False]
+    """
 
     kind: Literal["region"] = "region"
     sediment: SedimentName
@@ -68,7 +80,13 @@ class SedimentRegion(Model):
 
 
 class SedimentStrip(Model):
-    """A straight band of one sediment, such as a channel or a trawl mark."""
+    """A straight band of one sediment, such as a channel or a trawl mark.
+
+    Example:
+        >>> channel = SedimentStrip(sediment="silty clay", start=(0, 0), end=(100, 0), width="5 m")
+        >>> channel.covers(np.array([50.0, 50.0]), np.array([2.0, 10.0])).tolist()
+        [True, False]
+    """
 
     kind: Literal["strip"] = "strip"
     sediment: SedimentName
@@ -95,7 +113,15 @@ class SedimentStrip(Model):
 
 
 class SedimentMap(Model):
-    """Several sediments over one seabed."""
+    """Several sediments over one seabed.
+
+    Example:
+        >>> patches = SedimentPatches(sediments=["medium sand", "silty clay"], fractions=[0.7, 0.3], size="20 m")
+        >>> cover = SedimentMap(base=patches).build_cover(seed=1)
+        >>> north, east = np.mgrid[0:2000:10, 0:2000:10]
+        >>> f"{np.mean(cover.lookup(north, east) == 1):.1f} of the area is silty clay"
+        '0.3 of the area is silty clay'
+    """
 
     base: SedimentName | SedimentPatches = "medium sand"
     """Sediment of all positions outside regions and strips."""
@@ -131,7 +157,14 @@ _VARIANCE_FRACTIONS = (0.8, 0.16, 0.04)
 
 @dataclass(frozen=True, slots=True)
 class SedimentCover:
-    """Field of sediments over positions."""
+    """Field of sediments over positions.
+
+    Example:
+        >>> channel = SedimentStrip(sediment="silty clay", start=(0, 0), end=(100, 0), width="5 m")
+        >>> cover = SedimentMap(base="medium sand", on_top=[channel]).build_cover(seed=1)
+        >>> [cover.sediments[row].name for row in cover.lookup(50.0, [0.0, 10.0])]
+        ['silty clay', 'medium sand']
+    """
 
     map: SedimentMap
     """The map that it is made of."""
