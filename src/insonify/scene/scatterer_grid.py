@@ -35,7 +35,13 @@ PART_ORDER, TILE_ORDER = 1, 2
 
 
 class ScattererGrid(Model):
-    """Frame of the random scatterers; moving it together with the whole scene changes no echo."""
+    """Frame of the random scatterers; moving it together with the whole scene changes no echo.
+
+    Example:
+        >>> grid = ScattererGrid(origin=(100, 200), heading="90 deg")
+        >>> grid.to_world(np.array([10.0]), np.array([0.0])).round(3).tolist()
+        [[100.0, 210.0]]
+    """
 
     origin: tuple[Coordinate, Coordinate] = (0.0, 0.0)
     """North and east of the frame's origin [m]: scatterers stay where they are in the frame when it is moved."""

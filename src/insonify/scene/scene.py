@@ -25,7 +25,14 @@ _ROUNDING = 1e-9  # rounding of sums of depths [m]
 
 
 class Scene(Model):
-    """Water, seabed, surface and targets."""
+    """Water, seabed, surface and targets.
+
+    Example:
+        >>> crate, buoy = Box(position=(10, 40), size=(2, 1, 0.5)), PointTarget(position=(10, 30, 15))
+        >>> scene = Scene(seabed=Seabed(depth="20 m"), targets=[crate, buoy])
+        >>> scene.seabed_depth_under(crate), [body.label for body in scene.occluders]
+        (20.0, ['box'])
+    """
 
     water: Water = Water()
     seabed: Seabed = Seabed()

@@ -48,7 +48,13 @@ class Swell(Model):
 
 
 class Surface(Model):
-    """A sea surface at a mean depth of zero."""
+    """A sea surface at a mean depth of zero.
+
+    Example:
+        >>> sea = Surface(reflection="statistical", wind_speed="5 m/s")
+        >>> f"dominant waves {sea.dominant_wavelength:.0f} m long"
+        'dominant waves 23 m long'
+    """
 
     reflection: Literal["flat", "statistical", "tilted", "explicit"] = "flat"
     """Model of surface reflection. flat: specular reflection with coefficient -1. statistical: a wind sea, by a

@@ -21,7 +21,13 @@ from insonify.scene.triangle_surfaces import Triangles
 
 
 class Box(Body):
-    """A box: rough faces that scatter by Lambert's law, and a body that casts shadows."""
+    """A box: rough faces that scatter by Lambert's law, and a body that casts shadows.
+
+    Example:
+        >>> crate = Box(position=(10, 40), size=("2 m", "1 m", "0.5 m"), heading="30 deg")
+        >>> np.round(Scene(seabed=Seabed(depth="20 m"), targets=[crate]).body_depths, 2).tolist()  # top and base [m]
+        [19.5, 20.0]
+    """
 
     shape: Literal["box"] = "box"
     label: str = "box"
@@ -39,7 +45,12 @@ class Box(Body):
 
 
 class PointTarget(Model):
-    """A point that scatters equally in all directions and casts no shadow."""
+    """A point that scatters equally in all directions and casts no shadow.
+
+    Example:
+        >>> PointTarget(position=(10, 40, 15), target_strength_db="-20 dB").target_strength_db
+        -20.0
+    """
 
     shape: Literal["point"] = "point"
     label: str = "point"
@@ -50,7 +61,13 @@ class PointTarget(Model):
 
 
 class Sphere(Body):
-    """A sphere."""
+    """A sphere.
+
+    Example:
+        >>> ball = Sphere(position=(10, 40), diameter="1 m", base_depth="15 m")
+        >>> np.round(Scene(seabed=Seabed(depth="20 m"), targets=[ball]).body_depths, 2).tolist()  # top and base [m]
+        [14.0, 15.0]
+    """
 
     reflects_legs: ClassVar[bool] = False
     shape: Literal["sphere"] = "sphere"
@@ -64,7 +81,13 @@ class Sphere(Body):
 
 
 class Cylinder(Body):
-    """A circular cylinder with its axis along the heading, or vertical at a pitch of 90 degrees."""
+    """A circular cylinder with its axis along the heading, or vertical at a pitch of 90 degrees.
+
+    Example:
+        >>> mine = Cylinder(position=(10, 40), length="2 m", diameter="0.5 m", burial=0.4)
+        >>> np.round(Scene(seabed=Seabed(depth="20 m"), targets=[mine]).body_depths, 2).tolist()  # top and base [m]
+        [19.7, 20.0]
+    """
 
     reflects_legs: ClassVar[bool] = False
     shape: Literal["cylinder"] = "cylinder"
@@ -80,7 +103,13 @@ class Cylinder(Body):
 
 
 class Cone(Body):
-    """A circular cone that stands on its base."""
+    """A circular cone that stands on its base.
+
+    Example:
+        >>> cone = Cone(position=(10, 40), height="0.5 m", diameter="1 m")
+        >>> np.round(Scene(seabed=Seabed(depth="20 m"), targets=[cone]).body_depths, 2).tolist()  # top and base [m]
+        [19.5, 20.0]
+    """
 
     reflects_legs: ClassVar[bool] = False
     shape: Literal["cone"] = "cone"
@@ -96,7 +125,13 @@ class Cone(Body):
 
 
 class TruncatedCone(Body):
-    """A truncated circular cone that stands on its base."""
+    """A truncated circular cone that stands on its base.
+
+    Example:
+        >>> manta = TruncatedCone(position=(10, 40), height="0.4 m", diameter="1 m", top_diameter="0.5 m")
+        >>> np.round(Scene(seabed=Seabed(depth="20 m"), targets=[manta]).body_depths, 2).tolist()  # top and base [m]
+        [19.6, 20.0]
+    """
 
     reflects_legs: ClassVar[bool] = False
     shape: Literal["truncated_cone"] = "truncated_cone"
@@ -115,7 +150,13 @@ class TruncatedCone(Body):
 
 
 class Plate(Body):
-    """A horizontal plate; at a pitch or roll of 90 degrees it stands on an edge."""
+    """A horizontal plate; at a pitch or roll of 90 degrees it stands on an edge.
+
+    Example:
+        >>> wall = Plate(position=(10, 40), length="4 m", width="3 m", roll="90 deg")
+        >>> np.round(Scene(seabed=Seabed(depth="20 m"), targets=[wall]).body_depths, 2).tolist()  # top and base [m]
+        [17.0, 20.0]
+    """
 
     shape: Literal["plate"] = "plate"
     label: str = "plate"
@@ -143,7 +184,15 @@ class MeshPart(Model):
 
 
 class Mesh(Body):
-    """A body of triangles from a file: STL, OBJ, PLY or GLB (glTF), in metres unless scaled."""
+    """A body of triangles from a file: STL, OBJ, PLY or GLB (glTF), in metres unless scaled.
+
+    Example:
+        >>> import trimesh
+        >>> _ = trimesh.creation.box((2000.0, 1000.0, 500.0)).export("crate.stl")
+        >>> crate = Mesh(file="crate.stl", scale=0.001, position=(10, 40))
+        >>> np.round(Scene(seabed=Seabed(depth="20 m"), targets=[crate]).body_depths, 2).tolist()  # top and base [m]
+        [19.5, 20.0]
+    """
 
     shape: Literal["mesh"] = "mesh"
     label: str = "mesh"
@@ -224,7 +273,13 @@ def key_label(solid: "Solid") -> str:
 
 
 class LibraryTarget(Body):
-    """A shape from the library of typical objects, see `insonify.scene.shape_library`."""
+    """A shape from the library of typical objects, see `insonify.scene.shape_library`.
+
+    Example:
+        >>> drum = LibraryTarget(name="drum", position=(10, 40))
+        >>> np.round(Scene(seabed=Seabed(depth="20 m"), targets=[drum]).body_depths, 2).tolist()  # top and base [m]
+        [19.43, 20.0]
+    """
 
     shape: Literal["library"] = "library"
     """The word library; or, instead of it and the name, the name itself, as in `shape: drum`."""

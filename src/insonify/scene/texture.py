@@ -28,7 +28,15 @@ HERMITE_ORDERS = 24
 
 
 class Texture(Model):
-    """Scattering strength relative to its mean: a gamma field of mean one, fixed to the terrain."""
+    """Scattering strength relative to its mean: a gamma field of mean one, fixed to the terrain.
+
+    Example:
+        >>> texture = Texture(k_shape=2.0, correlation_length="5 m")
+        >>> north = np.arange(0.0, 20e3, 10.0)
+        >>> factor = texture.at(north, np.zeros_like(north), seed=1, scatterer_grid=ScattererGrid())
+        >>> f"mean {factor.mean():.1f}, variance {factor.var():.1f}"
+        'mean 1.0, variance 0.5'
+    """
 
     k_shape: Annotated[float, Field(ge=0.1, le=1000)]
     """Shape parameter nu of the gamma distribution, whose variance is 1 / nu [1]."""
