@@ -22,7 +22,7 @@ def test_warnings_stand_at_the_line_of_the_caller(tmp_path):
     (tmp_path / "warm.yaml").write_text(to_yaml(base).replace("temperature: 10.0", "temperature: 30.0"))
     calls = {
         "law": lambda: absorption_db_per_m(100e3, temperature=30),
-        "model": lambda: Box(position=(0, 50), size=(1, 1, 1), heading=90),
+        "model": lambda: Box(position=(0, 50), size=(1, 1, 1), heading=5),
         "scenario": lambda: insonify.Scenario(sonar=base.sonar, track=base.track, water=FAR),
         "change": lambda: base.with_("water.temperature", 30),
         "file": lambda: insonify.load_scenario(tmp_path / "warm.yaml"),

@@ -258,4 +258,6 @@ Depth = Annotated[Metres, AfterValidator(_below_surface), Field(gt=0, le=MAX_DEP
 Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
 """North or east of a point, or depth of a platform [m]."""
 Heading = Annotated[Radians, Field(ge=-4 * math.pi, le=4 * math.pi)]
-"""Direction in the horizontal plane, clockwise from north or from an axis [rad]."""
+"""Direction in the horizontal plane, clockwise from north or from an axis, or a sum of two [rad]."""
+FullTurn = Annotated[Radians, Field(ge=-2 * math.pi, le=2 * math.pi)]
+"""Direction that is no sum: the heading of a platform or the bearing of its arrays [rad]."""

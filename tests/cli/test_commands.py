@@ -63,7 +63,7 @@ MISTAKES = [
     (
         "{law: lambert, strength_db: -27}",
         "{law: lambert, strength_db: .inf}",
-        "seabed.scattering.strength_db: .inf is not a finite number (-200 to -4.9715 dB).",
+        "seabed.scattering.strength_db: .inf is not a finite number (-400 to -4.9715 dB).",
     ),
     ("bearing: 90 deg", "bearing: 90", "sonar.mounting.bearing: 90 rad is out of range"),
 ]

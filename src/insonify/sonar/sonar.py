@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from insonify.frames import array_axes, mounting_rotation
-from insonify.model import Decibels, Heading, Model, Radians, field_error
+from insonify.model import Decibels, FullTurn, Model, Radians, field_error
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.element_array import AnyArray, ArcArray, Array, ElementArray
 from insonify.sonar.hull import Hull
@@ -33,7 +33,7 @@ class Mounting(Model):
         0.524
     """
 
-    bearing: Heading = STARBOARD
+    bearing: FullTurn = STARBOARD
     """Direction of boresight, clockwise from the bow [rad]."""
     tilt: Radians = Field(default=0.0, ge=-np.pi / 2, le=np.pi / 2)
     """Angle of boresight below the platform's horizontal plane [rad]."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, model_validator
 
 from insonify.caller_warning import warn_caller
-from insonify.model import Coordinate, Heading, Model, Radians, Seconds, field_error
+from insonify.model import Coordinate, FullTurn, Model, Radians, Seconds, field_error
 from insonify.sonar.track.motion import Motion
 from insonify.sonar.track.navigation_errors import NavigationErrors
 from insonify.validity import PhysicsWarning
@@ -84,7 +84,7 @@ class PingSchedule(Model):
 class FixedHeading(Model):
     """Heading of a platform that does not turn."""
 
-    heading: Heading = 0.0
+    heading: FullTurn = 0.0
     """Compass heading, clockwise from north [rad]."""
 
 
