@@ -19,7 +19,7 @@ WITH_EXAMPLES = [
     if ">>> " in path.read_text(encoding="utf-8")
 ]
 PACKAGES = (
-    "insonify.ocean", "insonify.scattering", "insonify.scene", "insonify.scene.terrain", "insonify.sonar",
+    "insonify", "insonify.ocean", "insonify.scattering", "insonify.scene", "insonify.scene.terrain", "insonify.sonar",
 )  # fmt: skip
 """Packages in whose `__all__` every class and function has an example."""
 

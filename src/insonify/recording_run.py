@@ -50,6 +50,12 @@ def record(
     Raises:
         ValueError: The track has no such ping, or the job no such part.
         WorkerProcessError: A worker process was killed, most likely for lack of memory.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> path = insonify.record(scenario, "sidescan.zarr", pings=[0, 1])
+        >>> insonify.open_recording(path).done.values[:3].tolist()
+        [True, True, False]
     """
     from insonify.formats.store_writer import writer_class
 

@@ -238,6 +238,11 @@ def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, th
     Returns:
         `pressure` complex64 [uPa] (coherent) or `intensity` [uPa^2] (incoherent) over (ping, channel, time); beside it,
         or alone, the lines that `sonar.recorder` makes of those pings.
+
+    Example:
+        >>> recording = insonify.simulate(insonify.load_scenario("sidescan.yaml"), pings=[0, 1])
+        >>> dict(recording.pressure.sizes), recording.pressure.units
+        ({'ping': 2, 'channel': 2, 'time': 1750}, 'uPa')
     """
     chosen = selected_pings(scenario, pings)
     simulator = build_simulator(scenario)
@@ -485,6 +490,12 @@ def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> 
 
     Raises:
         ValueError: The track has no such ping, or the channels are elements.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml")  # a crate 1.5 m high stands 30 m to starboard of ping 40
+        >>> shadow = insonify.labels(scenario, ping=40).shadow.isel(channel=1)
+        >>> f"{750.0 * shadow.time[shadow].min():.0f} to {750.0 * shadow.time[shadow].max():.0f} m slant range"
+        '32 to 39 m slant range'
     """
     selected_pings(scenario, [ping])
     if scenario.sonar.receiver.record == "elements":
@@ -509,6 +520,12 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
 
     Raises:
         ValueError: The track has no such ping, the sonar no such channel, or the window lies beyond the recording.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml")  # 8 m above the seabed, 12 m below the surface
+        >>> paths = insonify.arrivals(scenario.with_("paths.contributions", ["boundary echo"]))
+        >>> paths.transmit_family.tolist(), (1e3 * paths.delay).round(1).tolist()  # ms
+        (['S', 'B'], [16.0, 10.7])
     """
     selected_pings(scenario, [ping])
     require_index("channel", channel, scenario.sonar.channel_count, "sonar")
@@ -559,6 +576,12 @@ def levels(
 
     Raises:
         ValueError: The track has no such ping, or the sonar no such channel.
+
+    Example:
+        >>> curves = insonify.levels(insonify.load_scenario("sidescan.yaml"), channel=1).level_db
+        >>> echo = curves.sel(contribution="seabed", pair="D-D").sel(time=40e-3, method="nearest")
+        >>> f"{echo:.0f} {echo.units} at 30 m"
+        '103 dB re 1 uPa at 30 m'
     """
     selected_pings(scenario, [ping])
     require_index("channel", channel, scenario.sonar.channel_count, "sonar")

@@ -53,11 +53,13 @@ def test_each_command_states_what_it_made_and_nothing_else(
 ) -> None:
     """new, check, run, show: a line on stdout each, silence on stderr when nothing is shown, exit code 0.
 
-    After its verdict, check may report what a finer recording would take.
+    New hints at the schema once, where there is none; after its verdict, check may report what a finer recording would
+    take.
     """
     monkeypatch.chdir(tmp_path)
     shortened(tmp_path, pings="2")
-    assert capsys.readouterr() == ("bay.yaml\n", "")
+    out, err = capsys.readouterr()
+    assert out == "bay.yaml\n" and err.endswith(": insonify schema\n") and err.count("\n") == 1
     for words, message in (
         (["check", "bay.yaml"], "bay.yaml: nothing wrong\n"),
         (["run", "bay.yaml", "-o", "bay.zarr"], "bay.zarr\n"),

@@ -22,12 +22,16 @@ URL = "memory://store/harbour.zarr"
 def test_commands_take_a_url(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Plan, run, status, show, explain keep both slashes, and no folder of that name is made; errors state the fix."""
+    """Run, status, show, explain keep both slashes, and no folder of that name is made; errors state the fix.
+
+    So does plan, for a URL that other processes reach.
+    """
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("INSONIFY_SPOOL", str(tmp_path / "spool"))
     Path("a.yaml").write_text(SHORT, encoding="utf-8")
-    assert main(["plan", "a.yaml", "--tasks", "1", "-o", URL]) == 0
-    assert f"insonify run a.yaml -o {URL} --threads 1 --quiet --part" in capsys.readouterr().out
+    shared = "s3://bucket/harbour.zarr"
+    assert main(["plan", "a.yaml", "--tasks", "1", "-o", shared]) == 0
+    assert f"insonify run a.yaml -o {shared} --threads 1 --quiet --part" in capsys.readouterr().out
     assert main(["explain", URL, "--time", "201 ms"]) == 2
     assert f"{URL} is not a recording. Make one with: insonify run FILE -o {URL}" in capsys.readouterr().err
     with monkeypatch.context() as patch:

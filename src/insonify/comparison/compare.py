@@ -43,6 +43,13 @@ def compare(real: Source, simulated: Source, *, group: str | None = None, seed: 
 
     Raises:
         StoreError: A source cannot be read, or both share no range.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> recording = insonify.simulate(scenario, pings=range(4))
+        >>> weaker = insonify.simulate(scenario.with_("sonar.source_level_db", "214 dB"), pings=range(4))
+        >>> insonify.compare(recording, weaker, group="starboard").finding("level against range").verdict
+        'different'
     """
     second = samples_of(simulated, group)
     frame = common_frame(samples_of(real, group, second.frequency), second)

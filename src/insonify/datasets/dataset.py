@@ -210,7 +210,10 @@ def dataset(path: str | Path, *, part: Part | str = WHOLE, threads: int | None =
         `classes` uint8 (number of the class in `class_names`, from 1; 0 background), `instances` int32 (number of the
         target, from 1) of that shape; `class_names`; `targets`, their labels; `name`, `twin`, `drawn`, `scenario`.
 
-    In a training loop: `for item in insonify.dataset("dataset.yaml", part="1/4"): train(item["image"])`.
+    Example:
+        >>> item = next(insonify.dataset("dataset.yaml"))
+        >>> item["image"].shape, item["targets"], item["class_names"]
+        ((12, 140), ('pipe',), ('highlight', 'shadow', 'ghost'))
     """
     mine, described = Part.parse(part), load_dataset(path)
     for scene in mine.share(described.file.dataset.images):

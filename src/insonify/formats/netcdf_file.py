@@ -36,6 +36,11 @@ def write_netcdf(recording: xr.Dataset, path: str | Path) -> Path:
 
     Raises:
         ValueError: A variable has the name of a part of a complex variable.
+
+    Example:
+        >>> recording = insonify.simulate(insonify.load_scenario("sidescan.yaml"), pings=[0])
+        >>> insonify.write_netcdf(recording, "ping.nc").name
+        'ping.nc'
     """
     target, engine = Path(path), _engine()
     xr.Dataset.to_netcdf(split_complex(recording), target, engine=engine)
@@ -53,6 +58,11 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
 
     Raises:
         StoreError: The file does not exist, or is not a netCDF file.
+
+    Example:
+        >>> recording = insonify.simulate(insonify.load_scenario("sidescan.yaml"), pings=[0])
+        >>> insonify.read_netcdf(insonify.write_netcdf(recording, "ping.nc")).identical(recording)
+        True
     """
     with opened_netcdf(path) as file:
         if (count := max((variable.size for variable in file.variables.values()), default=0)) > MAX_NUMBERS:

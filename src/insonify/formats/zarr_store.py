@@ -293,6 +293,12 @@ def open_recording(path: str | Path) -> xr.Dataset:
 
     Raises:
         StoreError: The folder is not a recording, or is damaged.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> recording = insonify.open_recording(insonify.record(scenario, "opened.zarr", pings=[0, 1]))
+        >>> recording.pressure.dims
+        ('ping', 'channel', 'time')
     """
     dataset = ObjectStore(str(path)).open_group() if is_url(path) else _open_on_disk(Path(path))
     with errors_as_store_errors(path):

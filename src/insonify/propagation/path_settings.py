@@ -48,7 +48,12 @@ class ReplicaPerturbation(Model):
 
 
 class PathSettings(Model):
-    """Settings of the engine: geometry, reflections, edges, jitter and sampling."""
+    """Settings of the engine: geometry, reflections, edges, jitter and sampling.
+
+    Example:
+        >>> insonify.PathSettings(max_reflections=2).followed_families
+        ('D', 'S', 'B', 'SB', 'BS')
+    """
 
     engine: Literal["eigenrays", "tracer"] = "eigenrays"
     """Eigenrays: all paths between sonar and scatterers; tracer: random rays, also between targets and the seabed.

@@ -75,8 +75,11 @@ def live(
             objects out of garbage collection until the sonar is closed.
 
     Example:
-        with insonify.live(scenario) as sonar:
-            ping = sonar.ping(0.0, (0.0, 0.0, 5.0), (0.5, 0.0, 0.0))
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> with insonify.live(scenario, warm_up=False) as sonar:
+        ...     ping = sonar.ping(0.0, (5.0, 0.0, 12.0), (0.1, 0.0, 0.0))
+        >>> dict(ping.pressure.sizes)
+        {'ping': 1, 'channel': 2, 'time': 1750}
     """
     sonar = LiveSonar(scenario, positions=positions, threads=threads)
     if warm_up:

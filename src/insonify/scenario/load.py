@@ -22,6 +22,11 @@ def load_scenario(path: str | Path) -> Scenario:
 
     Raises:
         ScenarioError: Every fault found in the file, one line each.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml")  # of `insonify new sidescan --template sidescan`
+        >>> scenario.title, scenario.sonar.pulse.frequency
+        ('Sidescan survey', 100000.0)
     """
     return load(Scenario, path)
 

@@ -15,7 +15,19 @@ from insonify.validity import PhysicsWarning
 
 
 class Scenario(ScenarioParts):
-    """A scenario to simulate: scene, sonar, track, paths and field."""
+    """A scenario to simulate: scene, sonar, track, paths and field.
+
+    Example:
+        >>> from insonify import scene, sonar
+        >>> pulse, point = sonar.Pulse(frequency="100 kHz", duration="0.1 ms"), sonar.PointTransducer()
+        >>> scenario = insonify.Scenario(
+        ...     seabed=scene.Seabed(depth="20 m"),
+        ...     sonar=sonar.Sonar(source_level_db="200 dB", pulse=pulse, transmit=point, receive=point),
+        ...     track=sonar.StaticTrack(position=(0, 0, "12 m"), window=("0 s", "60 ms")),
+        ... )
+        >>> scenario.with_("seabed.depth", "30 m").seabed.depth
+        30.0
+    """
 
     @field_validator("receiver_track", mode="before")
     @classmethod

@@ -109,6 +109,11 @@ def export(
 
     Raises:
         StoreError: No such format, or one that the recording does not fit; the message gives the remedy.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> insonify.export(insonify.simulate(scenario, pings=[0, 1]), "sidescan.xtf").name
+        'sidescan.xtf'
     """
     target = Path(path)
     chosen = FORMATS[_format_name(target, name)]

@@ -28,6 +28,15 @@ def open_instrument(path: str | Path) -> InstrumentFile:
 
     Raises:
         StoreError: It is missing, empty, or of no format that is read.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> path = insonify.export(insonify.simulate(scenario, pings=[0, 1]), "line.xtf")
+        >>> file = insonify.open_instrument(path)
+        >>> file.format, dict(file.groups)
+        ('XTF', {'port': 2, 'starboard': 2})
+        >>> dict(file.read("port").sizes)
+        {'ping': 2, 'sample': 1750}
     """
     try:
         require_regular_file(path, 1 << 62)
