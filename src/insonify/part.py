@@ -6,7 +6,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One of `count` parts of a job, from 1."""
+    """One of `count` parts of a job, from 1.
+
+    Example:
+        >>> part = Part(3, 64)
+        >>> str(part), part.share(items=1000)
+        ('3/64', range(31, 46))
+    """
 
     number: int
     count: int
