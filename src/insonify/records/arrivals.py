@@ -21,7 +21,18 @@ ROWS_OF_SHORT_LIST, ROWS_OF_LONG_LIST, MAX_KINDS_LISTED = 20, 10, 20
 
 @dataclass(frozen=True, slots=True)
 class Arrivals:
-    """Two-way paths of one ping, as columns of equal length n."""
+    """Two-way paths of one ping, as columns of equal length n.
+
+    Example:
+        >>> changes = {"paths.contributions": ["target"], "paths.families": ["D", "S"]}
+        >>> insonify.arrivals(insonify.load_scenario("sidescan.yaml").with_(changes), ping=40)  # of a buoy to port
+        Arrivals: 4 paths, 36.2-54.2 ms; levels in dB re the source at 1 m, before beams
+          row       delay      level    phase  object         out    back
+            1    36.173 ms   -69.2 dB     0 deg  buoy           D      D
+            2    45.206 ms   -73.1 dB   180 deg  buoy           S      D
+            3    45.215 ms   -73.1 dB   180 deg  buoy           D      S
+            4    54.249 ms   -77.1 dB     0 deg  buoy           S      S
+    """
 
     delay: Floats
     """Two-way travel time from the start of transmission to the selected channel [s], shape (n,)."""

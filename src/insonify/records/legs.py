@@ -56,6 +56,15 @@ class Legs:
     A missing path has visibility 0 and its reason in `status`; its other columns are undefined. With edge diffraction
     an occluded leg keeps a small visibility.
     Every column refers to travel away from the sonar; by reciprocity the receive leg is the same path.
+
+    Example:
+        >>> from insonify.propagation.image_sources import image_legs
+        >>> from insonify.scene.scene import Scene, point_scatterer
+        >>> from insonify.scene.target import PointTarget
+        >>> scene, sonar = Scene(seabed={"depth": 35}), np.array([0.0, 0.0, 10.0])
+        >>> legs = image_legs(scene, sonar, point_scatterer(PointTarget(position=(40, 0, 20))), ("D", "S", "B"), 100e3)
+        >>> legs.families, legs.length.round(1).ravel().tolist()  # by the images at depths of 10, -10 and 60 m
+        (('D', 'S', 'B'), [41.2, 50.0, 56.6])
     """
 
     families: tuple[str, ...]

@@ -91,7 +91,18 @@ class SeparableStrengths:
 
 @dataclass(frozen=True, slots=True)
 class Pairs:
-    """Transmit and receive legs of n scatterers, and the scattering strength of each ordered pair of them."""
+    """Transmit and receive legs of n scatterers, and the scattering strength of each ordered pair of them.
+
+    Example:
+        >>> from insonify.propagation.image_sources import image_legs
+        >>> from insonify.scene.scene import Scene, point_scatterer
+        >>> from insonify.scene.target import PointTarget
+        >>> point = point_scatterer(PointTarget(position=(40, 0, 20)))
+        >>> legs = image_legs(Scene(seabed={"depth": 35}), np.array([0.0, 0.0, 10.0]), point, ("D", "S"), 100e3)
+        >>> ordered = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
+        >>> Pairs(point, legs, legs, ordered, np.full((4, 1), 0.1)).names()  # a point of -20 dB re 1 m^2
+        [('D', 'D'), ('D', 'S'), ('S', 'D'), ('S', 'S')]
+    """
 
     scatterers: Scatterers
     transmit_legs: Legs
