@@ -19,7 +19,8 @@ WITH_EXAMPLES = [
     if ">>> " in path.read_text(encoding="utf-8")
 ]
 PACKAGES = (
-    "insonify", "insonify.ocean", "insonify.processing", "insonify.records", "insonify.scattering", "insonify.scene",
+    "insonify", "insonify.ocean", "insonify.processing", "insonify.propagation",
+    "insonify.propagation.surface_reflection", "insonify.records", "insonify.scattering", "insonify.scene",
     "insonify.scene.terrain", "insonify.sonar",
 )  # fmt: skip
 """Packages in whose `__all__` every class and function has an example."""

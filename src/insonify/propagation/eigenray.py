@@ -50,6 +50,13 @@ def eigenrays(
             cover the water.
         insonify.propagation.eigenray_table.TableError: method="table", and a table failed its comparison with exact
         rays.
+
+    Example:
+        >>> isovelocity = insonify.ocean.SoundSpeedProfile([0.0, 20.0], [1500.0, 1500.0])
+        >>> eigenrays(isovelocity, water_depth=20, source_depth=11, point_depth=19, range=150, families=["D", "S"])
+        Eigenrays: 2 paths to 1 points
+            0  D      100.142121 ms   -43.53 dB    +3.053 ->   +3.053 deg
+            0  S      101.980390 ms   -43.69 dB   -11.310 ->  +11.310 deg
     """
     depth = require_number("water_depth", water_depth, "m", 0.0, exclude_low=True, example="20")
     water = sound_speed_layers(profile, depth)

@@ -72,7 +72,13 @@ LEG_COLUMNS = (
 
 
 class SonarEnd(NamedTuple):
-    """One end of the sonar, at transmission or reception."""
+    """One end of the sonar, at transmission or reception.
+
+    Example:
+        >>> receiver = SonarEnd(np.array([0.0, 5.0, 10.0]), ping_time=2.0, transmitter=np.array([0.0, -5.0, 10.0]))
+        >>> receiver.transmit_position.tolist(), SonarEnd(receiver.position, 2.0).transmit_position.tolist()
+        ([0.0, -5.0, 10.0], [0.0, 5.0, 10.0])
+    """
 
     position: Floats
     """Position: north, east, depth [m], shape (3,)."""

@@ -16,7 +16,14 @@ Floats = NDArray[np.floating[Any]]
 
 
 class LaunchAngles(Protocol):
-    """Rays from one depth of the sonar."""
+    """Rays from one depth of the sonar.
+
+    Example:
+        >>> angles: LaunchAngles = StraightLaunchAngles(source_depth=10.0, water_depth=35.0)
+        >>> slope = angles.launch_slope("S", np.array([40.0]), np.array([20.0]))  # by the image at -10 m
+        >>> slope.round(2).tolist(), angles.bounce_ranges("S", slope)[0].round(1).tolist()
+        ([0.75], [13.3])
+    """
 
     def launch_slope(self, family: str, distance: Floats, depth: Floats) -> Floats:
         """Launch slope of the rays of a family to positions at a distance and a depth [m], broadcast [1].
@@ -87,7 +94,15 @@ class LaunchAngles(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class StraightLaunchAngles:
-    """Rays in water of one sound speed, between two flat boundaries."""
+    """Rays in water of one sound speed, between two flat boundaries.
+
+    Example:
+        >>> angles = StraightLaunchAngles(source_depth=10.0, water_depth=35.0)
+        >>> angles.launch_slope("D", np.array([40.0]), np.array([20.0])).round(2).tolist()
+        [0.25]
+        >>> angles.ray_depths("B", np.array([1.0]), step=10.0, count=4).tolist()  # down to the seabed at 25 m, and up
+        [[20.0, 30.0, 30.0, 20.0]]
+    """
 
     source_depth: float
     """Depth of the sonar [m]."""

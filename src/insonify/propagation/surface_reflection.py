@@ -31,6 +31,18 @@ def apply_surface_reflection(
     Returns:
         Transmit legs and receive legs: of the same families, of which those reflected by a rough boundary may
         have further rows.
+
+    Example:
+        >>> from insonify.propagation.image_sources import image_legs
+        >>> from insonify.scene.scene import Scene, point_scatterer
+        >>> from insonify.scene.target import PointTarget
+        >>> scene = Scene(seabed={"depth": 35}, surface={"reflection": "statistical", "wind_speed": 5})
+        >>> sonar, point = np.array([0.0, 0.0, 10.0]), point_scatterer(PointTarget(position=(40, 0, 20)))
+        >>> calm = image_legs(scene, sonar, point, ("D", "S"), 100e3)
+        >>> rough, _ = apply_surface_reflection(calm, scene, 1, point, 100e3, SonarEnd(sonar, ping_time=0.0))
+        >>> power = np.sum(abs(rough.amplitude[1:]) ** 2) / abs(calm.amplitude[1, 0]) ** 2
+        >>> print(rough.ray_names, (10 * np.log10(power)).round(1))  # glints, less what bubbles absorb [dB]
+        ('D', 'S2', 'S3', 'S4', 'S5', 'S6', 'S7') -0.5
     """
     if scene.surface.reflection == "tilted":
         return tilted_legs(legs, scene, scatterers, sonar_end)
@@ -50,6 +62,17 @@ def repeated_glint_weight(transmit_legs: Legs, receive_legs: Legs, pair: NDArray
         transmit_legs: Transmit legs.
         receive_legs: Receive legs.
         pair: Row of the transmit and the receive leg of each ordered pair, shape (p, 2).
+
+    Example:
+        >>> from insonify.propagation.image_sources import image_legs
+        >>> from insonify.scene.scene import Scene, point_scatterer
+        >>> from insonify.scene.target import PointTarget
+        >>> scene = Scene(seabed={"depth": 35}, surface={"reflection": "statistical", "wind_speed": 5})
+        >>> sonar, point = np.array([0.0, 0.0, 10.0]), point_scatterer(PointTarget(position=(40, 0, 20)))
+        >>> calm = image_legs(scene, sonar, point, ("D", "S"), 100e3)
+        >>> legs = apply_surface_reflection(calm, scene, 1, point, 100e3, SonarEnd(sonar, ping_time=0.0))
+        >>> repeated_glint_weight(*legs, np.array([(0, 0), (2, 2), (2, 3)])).round(3).tolist()
+        [1.0, 0.0, 1.095]
     """
     weight = np.ones(len(pair))
     if transmit_legs.glints is None or receive_legs.glints is None:
