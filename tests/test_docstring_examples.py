@@ -19,7 +19,8 @@ WITH_EXAMPLES = [
     if ">>> " in path.read_text(encoding="utf-8")
 ]
 PACKAGES = (
-    "insonify", "insonify.ocean", "insonify.processing", "insonify.propagation",
+    "insonify", "insonify.engines", "insonify.engines.fast_reverberation", "insonify.engines.terrain_occlusion",
+    "insonify.engines.tracer", "insonify.ocean", "insonify.processing", "insonify.propagation",
     "insonify.propagation.surface_reflection", "insonify.records", "insonify.scattering", "insonify.scene",
     "insonify.scene.terrain", "insonify.sonar",
 )  # fmt: skip

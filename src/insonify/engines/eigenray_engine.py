@@ -73,7 +73,16 @@ BOUNDARY_ECHO_PROFILE_WIDTH = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class EigenrayEngine:
-    """Eigenrays of one scene with one set of path settings."""
+    """Eigenrays of one scene with one set of path settings.
+
+    Example:
+        >>> from insonify.simulator import build_simulator
+        >>> changes = {"paths.contributions": ["target"], "paths.families": ["D", "S"]}
+        >>> simulator = build_simulator(insonify.load_scenario("sidescan.yaml").with_(changes))
+        >>> pairs = list(simulator.engine.all_pairs(simulator.ping_geometry(40)))
+        >>> [(one.scatterers.object, one.names()) for one in pairs]
+        [('buoy', [('D', 'D'), ('D', 'S'), ('S', 'D'), ('S', 'S')])]
+    """
 
     scene: Scene
     path_settings: PathSettings
@@ -99,16 +108,10 @@ class EigenrayEngine:
         """
         if not self.path_settings.contributions:
             return []
-        sampler = ping_scatterers(
-            self.scene,
-            self.path_settings,
-            self.seed,
-            ping_geometry,
-            self.rays,
-            quadrature=quadrature,
+        return ping_scatterers(
+            self.scene, self.path_settings, self.seed, ping_geometry, self.rays, quadrature=quadrature,
             caches=self.caches,
-        )
-        return sampler.blocks()
+        ).blocks()  # fmt: skip
 
     def pairs(self, ping_geometry: PingGeometry, block: Block, *, include_negligible: bool = True) -> Pairs:
         """Transmit and receive legs of one block, and the scattering strength of each ordered pair.
@@ -376,22 +379,18 @@ class EigenrayEngine:
         seabed = self.scene.seabed
         law = seabed.law(ping_geometry.frequency, float(self.scene.water.sound_speed_at(seabed.depth)))
         fractions = None if law is None else self._energy_fractions(ping_geometry, law)
-        return (
-            None
-            if fractions is None
-            else (fractions[0], np.asarray(keep_probabilities_at(*fractions, ping_geometry, distance), float))
-        )
+        if fractions is None:
+            return None
+        return fractions[0], np.asarray(keep_probabilities_at(*fractions, ping_geometry, distance), float)
 
     def _pair_selection(self, ping_geometry: PingGeometry, scatterers: Scatterers) -> PairSelection | None:
         """Selection of pairs at scatterers of the seabed; None where every pair is evaluated."""
         if scatterers.boundary != "seabed" or isinstance(scatterers.law, KirchhoffFacet | KirchhoffPatch):
             return None
         fractions = self._energy_fractions(ping_geometry, scatterers.law)
-        return (
-            None
-            if fractions is None
-            else select_pairs(*fractions, ping_geometry, scatterers.position, scatterers.scatterer_id, self.seed)
-        )
+        if fractions is None:
+            return None
+        return select_pairs(*fractions, ping_geometry, scatterers.position, scatterers.scatterer_id, self.seed)
 
     def _energy_fractions(self, ping_geometry: PingGeometry, law: Law) -> tuple[tuple[str, ...], Floats] | None:
         """Families that reach the seabed, and their `pair_energy_fractions`; None where they do not apply."""
@@ -499,11 +498,9 @@ class EigenrayEngine:
         self, legs: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, position: Floats
     ) -> Legs:
         """Add the random delays of inhomogeneous water to legs."""
-        return (
-            legs
-            if self.delay_field is None
-            else self.delay_field.with_delays(legs, position, scatterers.position, ping_geometry.time)
-        )
+        if self.delay_field is None:
+            return legs
+        return self.delay_field.with_delays(legs, position, scatterers.position, ping_geometry.time)
 
     def _reflected(
         self, legs: Legs, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, *,

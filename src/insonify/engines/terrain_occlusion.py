@@ -49,7 +49,22 @@ SEABED = -2
 
 
 class TerrainOcclusion:
-    """Occlusion by the seabed for one end of the sonar at one ping; profiles are sampled when they are needed."""
+    """Occlusion by the seabed for one end of the sonar at one ping; profiles are sampled when they are needed.
+
+    Example:
+        >>> from insonify.scene.seabed import Seabed
+        >>> relief = {"kind": "ripples", "wavelength": 10, "height": 1}
+        >>> bed = Seabed(depth=20, relief=relief).completed(1, 100e3, 1500.0)
+        >>> sonar, launches = np.array([0.0, 0.0, 15.0]), StraightLaunchAngles(source_depth=15.0, water_depth=20.0)
+        >>> occlusion = TerrainOcclusion(
+        ...     bed.terrain, sonar, launches, farthest=100.0, wavelength=0.015, min_profile_width=1e-3
+        ... )
+        >>> distance = np.array([44.0, 49.0])  # in a trough, and on the face of a crest
+        >>> slope, groups = launches.launch_slope("D", distance, 20.0), occlusion.profile_groups(np.zeros(2), distance)
+        >>> sine = (slope / np.hypot(1, slope))[None]
+        >>> occlusion.visible(("D",), distance, sine, np.full(2, 20.0), groups, on_terrain=True).tolist()
+        [[False, True]]
+    """
 
     def __init__(
         self, terrain: SeabedTerrain, position: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float,
@@ -260,6 +275,11 @@ def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavel
         wavelength: Acoustic wavelength [m].
 
     Source: sqrt(wavelength r1 r2 / (r1 + r2)) / sin(grazing), r1 and r2 the paths before and after the bounce.
+
+    Example:
+        >>> bounce, distance, tangent = np.array([50.0]), np.array([100.0]), np.array([0.4])  # half way, at 22 deg
+        >>> fresnel_half_length(bounce, distance, tangent, wavelength=0.015).round(2).tolist()
+        [1.71]
     """
     steep = np.maximum(np.abs(tangent), 1e-9)
     stretch = np.sqrt(1 + steep**2)
@@ -299,6 +319,23 @@ def occlude_by_terrain(
         terrain_occlusion: Occlusion by the seabed for that end.
         soft: True if sound is diffracted over crests. Visibility is complex then; on legs that targets cut it is the
             factor of the seabed alone, to which `knife_edge.diffract_at_edges` adds that of the targets.
+
+    Example:
+        >>> from insonify.propagation.image_sources import image_legs
+        >>> from insonify.scene.scene import Scene, point_scatterer
+        >>> from insonify.scene.seabed import Seabed
+        >>> from insonify.scene.target import PointTarget
+        >>> from insonify.records.legs import LegStatus
+        >>> relief = {"kind": "ripples", "wavelength": 10, "height": 1}
+        >>> bed = Seabed(depth=20, relief=relief).completed(1, 100e3, 1500.0)
+        >>> sonar, launches = np.array([0.0, 0.0, 15.0]), StraightLaunchAngles(source_depth=15.0, water_depth=20.0)
+        >>> occlusion = TerrainOcclusion(
+        ...     bed.terrain, sonar, launches, farthest=100.0, wavelength=0.015, min_profile_width=1e-3
+        ... )
+        >>> point = point_scatterer(PointTarget(position=(45, 0, 20.2)))  # in a trough
+        >>> legs = image_legs(Scene(seabed=bed), sonar, point, ("D", "S"), 100e3)
+        >>> [LegStatus(status).name for status in occlude_by_terrain(legs, point, sonar, occlusion).status[:, 0]]
+        ['OCCLUDED', 'CLEAR']
     """
     boundary, sine = legs.reflection_coefficient, legs.departure[..., 2]
     visibility = np.empty(legs.delay.shape, complex) if soft else legs.visibility.copy()

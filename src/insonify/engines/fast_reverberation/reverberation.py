@@ -117,7 +117,17 @@ class PreparedReverberation:
 
 @dataclass(frozen=True)
 class FastReverberation:
-    """Fast reverberation of one ping."""
+    """Fast reverberation of one ping.
+
+    Example:
+        >>> from insonify.simulator import build_simulator
+        >>> ripples = {"kind": "ripples", "wavelength": "2 m", "height": "10 cm"}
+        >>> scenario = insonify.load_scenario("sidescan.yaml").with_({"field": "incoherent", "seabed.relief": ripples})
+        >>> simulator = build_simulator(scenario)
+        >>> reverberation = simulator.fast_reverberation(simulator.ping_geometry(40))
+        >>> reverberation.plan.families, reverberation.remaining_path_settings.contributions  # the rest
+        (('D', 'S'), ('target', 'boundary echo'))
+    """
 
     scene: Scene
     rays: PropagationModel
@@ -314,6 +324,18 @@ def prepare_fast_reverberation(
         path_settings: Path settings.
         ping_geometry: The sonar at this ping.
         rays: Propagation model of the scene.
+
+    Example:
+        >>> from insonify.simulator import build_simulator
+        >>> ripples = {"kind": "ripples", "wavelength": "2 m", "height": "10 cm"}
+        >>> scenario = insonify.load_scenario("sidescan.yaml").with_({"field": "incoherent", "seabed.relief": ripples})
+        >>> simulator = build_simulator(scenario)
+        >>> engine, geometry = simulator.engine, simulator.ping_geometry(40)
+        >>> prepare_fast_reverberation(engine.scene, scenario.paths, geometry, engine.rays).plan.families
+        ('D', 'S')
+        >>> in_slice = insonify.PathSettings(geometry="slice")
+        >>> print(prepare_fast_reverberation(engine.scene, in_slice, geometry, engine.rays))
+        None
     """
     if not ping_geometry.is_monostatic or ping_geometry.hull is not None:
         return None

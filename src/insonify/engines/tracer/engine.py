@@ -55,7 +55,20 @@ Block = Callable[[], list[EchoEnergies]]
 
 
 class Tracer:
-    """The tracer for one scene and one set of path settings."""
+    """The tracer for one scene and one set of path settings.
+
+    Example:
+        >>> from insonify.simulator import build_simulator
+        >>> paths = {"engine": "tracer", "contributions": ["target"], "families": ["D", "S"]}
+        >>> scenario = insonify.load_scenario("sidescan.yaml").with_({"field": "incoherent", "paths": paths})
+        >>> simulator = build_simulator(scenario)
+        >>> for echo in simulator.tracer.exact_paths(simulator.ping_geometry(40)):
+        ...     print(echo.object, echo.transmit_chain, echo.receive_chain, (1e3 * echo.delay).round(1), "ms")
+        buoy D D [36.2] ms
+        buoy D S [45.2] ms
+        buoy S D [45.2] ms
+        buoy S S [54.3] ms
+    """
 
     def __init__(
         self, scene: Scene, path_settings: PathSettings, seed: int, propagation_model: PropagationModel | None = None
