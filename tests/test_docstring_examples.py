@@ -20,7 +20,7 @@ WITH_EXAMPLES = [
 ]
 PACKAGES = (
     "insonify", "insonify.engines", "insonify.engines.fast_reverberation", "insonify.engines.terrain_occlusion",
-    "insonify.engines.tracer", "insonify.ocean", "insonify.processing", "insonify.propagation",
+    "insonify.engines.tracer", "insonify.ocean", "insonify.plotting", "insonify.processing", "insonify.propagation",
     "insonify.propagation.surface_reflection", "insonify.records", "insonify.scattering", "insonify.scene",
     "insonify.scene.terrain", "insonify.sonar",
 )  # fmt: skip

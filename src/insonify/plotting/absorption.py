@@ -33,6 +33,12 @@ def absorption(path: str | Path, *, waters: Mapping[str, Water] = WATERS, depth:
 
     Returns:
         The path.
+
+    Example:
+        >>> waters = {"North Sea, 10 °C": insonify.ocean.Water(temperature=10.0, salinity=35.0)}
+        >>> picture = absorption("absorption.png", waters=waters, depth=30.0)
+        >>> picture.name, picture.stat().st_size > 0
+        ('absorption.png', True)
     """
     if not 1 <= len(waters) <= len(COLOURS):
         raise ValueError(f"{len(waters)} waters were given; a figure distinguishes 1 to {len(COLOURS)} by colour.")

@@ -65,6 +65,13 @@ def labels(
 
     Returns:
         The path.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> masks = insonify.labels(scenario, ping=40).expand_dims("ping").assign(done=("ping", [True]))
+        >>> picture = labels(insonify.simulate(scenario, pings=40), masks, "labels.png")
+        >>> picture.name, picture.stat().st_size > 0
+        ('labels.png', True)
     """
     sound = recording_levels(recording)
     row = ping if ping is not None else int(np.flatnonzero(label_dataset["done"].values)[0])

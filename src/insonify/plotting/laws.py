@@ -51,6 +51,12 @@ def sediment(bed: Sediment, path: str | Path, *, frequency: float = 100e3, seed:
 
     Returns:
         The path.
+
+    Example:
+        >>> sand = insonify.scattering.Sediment.named("medium sand")
+        >>> picture = sediment(sand, "sand.png", frequency=300e3)
+        >>> picture.name, picture.stat().st_size > 0
+        ('sand.png', True)
     """
     with style.plot_style():
         figure = style.new_figure(13, 13)
@@ -86,6 +92,12 @@ def laws(beds: Sequence[Sediment], path: str | Path, *, frequency: float = 100e3
 
     Returns:
         The path.
+
+    Example:
+        >>> beds = [insonify.scattering.Sediment.named(name) for name in ("coarse sand", "medium sand", "coarse silt")]
+        >>> picture = laws(beds, "backscatter.png", frequency=100e3)
+        >>> picture.name, picture.stat().st_size > 0
+        ('backscatter.png', True)
     """
     if not 1 <= len(beds) <= len(COLOURS):
         raise ValueError(f"{len(beds)} sediments were given; a figure distinguishes 1 to {len(COLOURS)} by colour.")
@@ -106,6 +118,12 @@ def lobe(law: ScatteringLaw, path: str | Path, *, grazing_in: float = INCIDENCE,
 
     Returns:
         The path.
+
+    Example:
+        >>> law = insonify.scattering.Lambert(strength_db=-27)
+        >>> picture = lobe(law, "lobe.png", grazing_in=np.radians(20))
+        >>> picture.name, picture.stat().st_size > 0
+        ('lobe.png', True)
     """
     with style.plot_style():
         figure = style.new_figure(6.5, 5.8)

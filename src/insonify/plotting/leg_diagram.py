@@ -28,6 +28,11 @@ def geometry(path: str | Path, *, families: tuple[str, ...] = ("D", "S", "B", "S
 
     Returns:
         The path.
+
+    Example:
+        >>> picture = geometry("legs.png", families=("D", "S", "B"), source_depth=5.0, distance=60.0)
+        >>> picture.name, picture.stat().st_size > 0
+        ('legs.png', True)
     """
     with style.plot_style():
         figure = style.new_figure(10, 4)

@@ -22,6 +22,12 @@ def levels(dataset: xr.Dataset, path: str | Path, *, window: tuple[float, float]
 
     Returns:
         The path.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> picture = levels(insonify.levels(scenario, ping=40), "levels.png", window=(0.03, 0.05))
+        >>> picture.name, picture.stat().st_size > 0
+        ('levels.png', True)
     """
     with style.plot_style():
         figure = style.new_figure(9, 4.5)

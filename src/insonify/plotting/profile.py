@@ -25,6 +25,12 @@ def profile(column: SoundSpeedProfile, path: str | Path, *, temperature: ArrayLi
 
     Returns:
         The path.
+
+    Example:
+        >>> thermocline = insonify.ocean.SoundSpeedProfile([0, 8, 14, 20], [1510, 1510, 1490, 1490])
+        >>> picture = profile(thermocline, "profile.png", title="Harbour in July")
+        >>> picture.name, picture.stat().st_size > 0
+        ('profile.png', True)
     """
     probed = temperature is not None or salinity is not None
     with style.plot_style():

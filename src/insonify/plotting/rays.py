@@ -50,6 +50,12 @@ def rays(
 
     Raises:
         ValueError: The profile does not cover the water, or the source is not in it.
+
+    Example:
+        >>> thermocline = insonify.ocean.SoundSpeedProfile([0, 8, 14, 20], [1510, 1510, 1490, 1490])
+        >>> picture = rays(thermocline, "rays.png", source_depth=5.0, max_range=300.0)
+        >>> picture.name, picture.stat().st_size > 0
+        ('rays.png', True)
     """
     layers = sound_speed_layers(profile, float(profile.depth[-1]) if water_depth is None else water_depth)
     angles = np.linspace(-WIDEST, WIDEST, RAYS) if launch is None else np.atleast_1d(np.asarray(launch, float))

@@ -40,6 +40,12 @@ def recording(
 
     Returns:
         The path; without one the figure, to be shown or drawn on.
+
+    Example:
+        >>> survey = insonify.simulate(insonify.load_scenario("sidescan.yaml"), pings=range(40, 44))
+        >>> figure = recording(survey, ground=True, gain="lambert")
+        >>> [axes.get_xlabel() for axes in figure.axes if axes.get_xlabel()]
+        ['port | starboard, distance across the track [m]']
     """
     if not isinstance(recorded, xr.Dataset | str | Path):
         raise TypeError(f"recorded is a {type(recorded).__name__}; give a recording as a dataset, or its folder")

@@ -31,6 +31,12 @@ def relief(bed: Sediment, path: str | Path, *, seed: int = 0, frequency: float =
 
     Returns:
         The path.
+
+    Example:
+        >>> sand = insonify.scattering.Sediment.named("medium sand")
+        >>> picture = relief(sand, "relief.png", frequency=300e3)
+        >>> picture.name, picture.stat().st_size > 0
+        ('relief.png', True)
     """
     with style.plot_style():
         figure = style.new_figure(12, 5)

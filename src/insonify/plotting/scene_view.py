@@ -45,6 +45,11 @@ def scene(scenario: Scenario, path: str | Path) -> Path:
 
     Returns:
         The path.
+
+    Example:
+        >>> picture = scene(insonify.load_scenario("sidescan.yaml"), "scene.png")
+        >>> picture.name, picture.stat().st_size > 0
+        ('scene.png', True)
     """
     with style.plot_style():
         (south, west), (north, east) = frame(scenario)

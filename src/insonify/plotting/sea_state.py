@@ -42,6 +42,11 @@ def sea(path: str | Path, *, wind_speed: float = 7.0, frequency: float = 100e3, 
 
     Returns:
         The path.
+
+    Example:
+        >>> picture = sea("sea.png", wind_speed=5.0, frequency=200e3)
+        >>> picture.name, picture.stat().st_size > 0
+        ('sea.png', True)
     """
     # the laws' caveats about the wind are collected here once, and printed on the figure
     kinds, caveats = with_caveats(lambda: seas(wind_speed))

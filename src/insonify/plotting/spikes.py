@@ -27,6 +27,12 @@ def spikes(arrivals: Arrivals, path: str | Path) -> Path:
 
     Returns:
         The path.
+
+    Example:
+        >>> scenario = insonify.load_scenario("sidescan.yaml").with_("paths.contributions", ["target"])
+        >>> picture = spikes(insonify.arrivals(scenario, ping=40), "spikes.png")
+        >>> picture.name, picture.stat().st_size > 0
+        ('spikes.png', True)
     """
     with style.plot_style():
         figure = style.new_figure(9, 4.5)
