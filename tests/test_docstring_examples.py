@@ -22,7 +22,7 @@ PACKAGES = (
     "insonify", "insonify.engines", "insonify.engines.fast_reverberation", "insonify.engines.terrain_occlusion",
     "insonify.engines.tracer", "insonify.ocean", "insonify.plotting", "insonify.processing", "insonify.propagation",
     "insonify.propagation.surface_reflection", "insonify.records", "insonify.scattering", "insonify.scene",
-    "insonify.scene.terrain", "insonify.sonar",
+    "insonify.scene.terrain", "insonify.sonar", "insonify.sonar.track",
 )  # fmt: skip
 """Packages in whose `__all__` every class and function has an example."""
 

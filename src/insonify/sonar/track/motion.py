@@ -92,14 +92,27 @@ class MotionSpectrum(Model):
 
 
 class RandomTranslation(MotionSpectrum):
-    """A random displacement of the platform."""
+    """A random displacement of the platform.
+
+    Example:
+        >>> heave = RandomTranslation(rms="20 cm", period="6 s")
+        >>> heave.rms, heave.period
+        (0.2, 6.0)
+    """
 
     rms: Annotated[Metres, Field(ge=0, le=100)] = 0.0
     """Root mean square [m]."""
 
 
 class RandomRotation(MotionSpectrum):
-    """A random motion of the platform's attitude."""
+    """A random motion of the platform's attitude.
+
+    Example:
+        >>> roll = RandomRotation(rms="2 deg", period="7 s")
+        >>> track = StaticTrack(position=(0, 0, 5), interval="1 s", pings=2000, motion=Motion(roll=roll))
+        >>> print(np.degrees(true_poses(track, seed=1).roll.std()).round())
+        2.0
+    """
 
     rms: Annotated[Radians, Field(ge=0, le=1)] = 0.0
     """Root mean square [rad]."""

@@ -19,7 +19,15 @@ CorrelationTime = Annotated[Seconds, Field(ge=0, le=1e7)]
 
 
 class PositionError(Model):
-    """Errors of one logged coordinate."""
+    """Errors of one logged coordinate.
+
+    Example:
+        >>> gps = PositionError(offset="0.3 m", noise="0.5 m", correlation_time="60 s")
+        >>> track = StaticTrack(position=(0, 0, 5), interval="600 s", pings=5000)
+        >>> logged = logged_poses(NavigationErrors(north=gps), true_poses(track), seed=1)
+        >>> print(logged.position[:, 0].mean().round(1), logged.position[:, 0].std().round(1))
+        0.3 0.5
+    """
 
     offset: Annotated[Metres, Field(ge=-1e5, le=1e5)] = 0.0
     """Constant error [m]."""
@@ -32,7 +40,15 @@ class PositionError(Model):
 
 
 class AngleError(Model):
-    """Errors of one logged angle."""
+    """Errors of one logged angle.
+
+    Example:
+        >>> gyro = AngleError(drift="0.1 deg/s")
+        >>> track = StaticTrack(position=(0, 0, 5), interval="1 s", pings=4)
+        >>> logged = logged_poses(NavigationErrors(heading=gyro), true_poses(track), seed=1)
+        >>> np.degrees(logged.heading).round(3).tolist()
+        [0.0, 0.1, 0.2, 0.3]
+    """
 
     offset: Annotated[Radians, Field(ge=-7, le=7)] = 0.0
     """Constant error [rad]."""
