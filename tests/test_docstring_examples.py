@@ -19,10 +19,11 @@ WITH_EXAMPLES = [
     if ">>> " in path.read_text(encoding="utf-8")
 ]
 PACKAGES = (
-    "insonify", "insonify.engines", "insonify.engines.fast_reverberation", "insonify.engines.terrain_occlusion",
-    "insonify.engines.tracer", "insonify.ocean", "insonify.plotting", "insonify.processing", "insonify.propagation",
-    "insonify.propagation.surface_reflection", "insonify.records", "insonify.scattering", "insonify.scene",
-    "insonify.scene.terrain", "insonify.sonar", "insonify.sonar.track",
+    "insonify", "insonify.cli", "insonify.comparison", "insonify.engines", "insonify.engines.fast_reverberation",
+    "insonify.engines.terrain_occlusion", "insonify.engines.tracer", "insonify.formats.instruments", "insonify.ocean",
+    "insonify.plotting", "insonify.processing", "insonify.propagation", "insonify.propagation.surface_reflection",
+    "insonify.real_time", "insonify.records", "insonify.scattering", "insonify.scene", "insonify.scene.terrain",
+    "insonify.sonar", "insonify.sonar.track",
 )  # fmt: skip
 """Packages in whose `__all__` every class and function has an example."""
 

@@ -61,6 +61,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns:
         Exit code: 0 done, 1 the run failed, 2 the input is wrong.
+
+    Example:
+        >>> main(["check", "no-such-harbour.yaml"])  # the reason is written to stderr
+        2
     """
     report_compiling()
     gc.set_threshold(YOUNG)

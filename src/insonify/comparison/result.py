@@ -13,7 +13,13 @@ Verdict = Literal["alike", "different", "not compared"]
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """One number of both recordings."""
+    """One number of both recordings.
+
+    Example:
+        >>> looks = Value("looks", "1", real=3.9, simulated=1.0, difference=2.9, low=2.6, high=3.2, probability=0.001)
+        >>> looks.low > 0  # the interval excludes no difference
+        True
+    """
 
     name: str
     unit: str
@@ -32,7 +38,14 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One measure of a comparison."""
+    """One measure of a comparison.
+
+    Example:
+        >>> looks = Value("looks", "1", real=3.9, simulated=1.0, difference=2.9, low=2.6, high=3.2, probability=0.001)
+        >>> finding = Finding("texture", "different", "3.9 looks, not 1.0", probability=0.005, values=(looks,))
+        >>> finding.verdict, finding.values[0].difference
+        ('different', 2.9)
+    """
 
     measure: str
     verdict: Verdict
@@ -46,7 +59,17 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Comparison of a real and a simulated recording, or of any two."""
+    """Comparison of a real and a simulated recording, or of any two.
+
+    Example:
+        >>> findings = (
+        ...     Finding("level against range", "alike", "within 0.4 dB", probability=0.6),
+        ...     Finding("texture", "different", "3.9 looks, and 1.0 simulated", probability=0.005),
+        ... )
+        >>> slant_range, level = np.array([10.0, 20.0]), np.array([[90.0, 78.0]])
+        >>> Comparison("line.xtf", "line.zarr", findings, (), slant_range, (level, level)).summary()
+        '1 of 2 measures differ: texture'
+    """
 
     real: str
     simulated: str

@@ -16,7 +16,14 @@ def _none() -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """Complex or real amplitudes over (ping, beam, sample), on one axis of range."""
+    """Complex or real amplitudes over (ping, beam, sample), on one axis of range.
+
+    Example:
+        >>> slant_range = 7.5 + 0.75 * np.arange(100)
+        >>> samples = Samples("line.xtf", np.ones((20, 3, 100)), slant_range, "counts", parts=True)
+        >>> samples.step, samples.is_complex, samples.beams().shape  # three sectors of one beam
+        (0.75, False, (20, 1, 100))
+    """
 
     name: str
     """File or title, with the group of data."""

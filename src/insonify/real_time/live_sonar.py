@@ -88,7 +88,16 @@ def live(
 
 
 class LiveSonar:
-    """A prepared scenario that is simulated ping by ping; several threads may use it, one ping at a time."""
+    """A prepared scenario that is simulated ping by ping; several threads may use it, one ping at a time.
+
+    Example:
+        >>> paths = {"contributions": ["target"], "families": ["D"]}
+        >>> with LiveSonar(insonify.load_scenario("sidescan.yaml").with_("paths", paths)) as sonar:
+        ...     recording = sonar.ping(time=10.0, position=(20.0, 0.0, 12.0))  # a buoy is 25 m to port and 7 m below
+        >>> port = abs(recording["pressure"][0, 0])
+        >>> print(port["slant_range"][port.argmax("time")].values.round())
+        26.0
+    """
 
     def __init__(self, scenario: Scenario, *, positions: Iterable[ArrayLike] = (), threads: int | None = None) -> None:
         """Prepare a scenario; arguments as those of `live`."""

@@ -26,7 +26,14 @@ FULL_TURN = 2 * np.pi
 
 @dataclass(frozen=True)
 class PlatformPose:
-    """Pose of a platform at the start of a ping, and its motion from there."""
+    """Pose of a platform at the start of a ping, and its motion from there.
+
+    Example:
+        >>> pose = PlatformPose((100.0, 20.0, 5.0), attitude=(np.radians(90), 0.0, 0.0), velocity=(0.0, 2.0, 0.0))
+        >>> _, end = pose.later_poses(time=10.0, window=0.1)  # 2 m/s to the east for 100 ms
+        >>> end.time.round(2).tolist(), end.position.round(2).tolist()
+        ([10.1], [[100.0, 20.2, 5.0]])
+    """
 
     position: ArrayLike
     """Reference point: north, east, depth [m], shape (3,)."""

@@ -49,7 +49,16 @@ class RequestError(ValueError):
 
 
 class TcpServer(SocketServer):
-    """Server of one sonar; closes with its context, or by `close`."""
+    """Server of one sonar; closes with its context, or by `close`.
+
+    Example:
+        >>> import json, socket
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> with LiveSonar(scenario) as sonar, TcpServer(sonar, port=0).start() as server:
+        ...     with socket.create_connection(server.address) as connection:
+        ...         json.loads(connection.makefile().readline())["protocol"]
+        'insonify-live'
+    """
 
     def __init__(
         self, sonar: LiveSonar, host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, idle_seconds: float = IDLE_SECONDS

@@ -106,6 +106,14 @@ class InstrumentFile(ABC):
     with `_bytes` only, which refuses what the file does not hold, and raises `DatagramError` for what cannot be read.
     Variables have the attributes `units` and `long_name`; units are SI, angles radians, signs those of
     `docs/conventions.md`, `time` seconds since 1970-01-01 UTC.
+
+    Example:
+        >>> recording = insonify.simulate(insonify.load_scenario("sidescan.yaml"), pings=range(2))
+        >>> with insonify.open_instrument(insonify.export(recording, "line.xtf")) as file:
+        ...     print(np.unique(file.datagrams.kind).tolist(), file.omissions)
+        ...     print(np.degrees(file.attitude()["yaw"].values).round(2))
+        ['ATTITUDE', 'NAVIGATION', 'NOTES', 'SONAR'] ()
+        [0.5 0.5]
     """
 
     format: ClassVar[str]
