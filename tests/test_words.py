@@ -33,7 +33,8 @@ def test_a_class_name_in_two_files_is_noticed(words):
         ('"""RaySpreads are left out."""', 1), ("# RaySpreads, and more", 1), ('"""One. RaySpreads of two."""', 1),
         ('"""Sum.\n\n    RaySpreads\n    are left out."""', 1), ('"""Args:\n    a: RaySpreads of both."""', 1),
         ('"""`RaySpreads` are left out."""', 0), ('"""Raises:\n    RaySpreads: never."""', 0),
-        ('"""See x.RaySpreads as it is."""', 0), ("x = 'RaySpreads are text'", 0), ('"""Pulse of one sonar."""', 0),
+        ('"""See x.RaySpreads as it is."""', 0), ('"""Sum.\n\n    >>> a: RaySpreads = f()\n    """', 0),
+        ("x = 'RaySpreads are text'", 0), ('"""Pulse of one sonar."""', 0),
     ],
 )  # fmt: skip
 def test_class_names_are_no_words_of_sentences(words, text, count):

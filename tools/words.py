@@ -112,7 +112,7 @@ def class_names_as_words(texts: dict[str, str], trees: dict[str, ast.Module]) ->
     named = "|".join(sorted(filter(CLASS_NAME.fullmatch, names), key=len, reverse=True))
     if not named:
         return []
-    opening = re.compile(rf'(?:\A(?:#|[rR]?""")|[.!?:]\s|\n\s*\n)\s*({named})(?=[ ,;\n])')
+    opening = re.compile(rf'(?:\A(?:#|[rR]?""")|[.!?:]\s|\n\s*\n)\s*({named})(?! =)(?=[ ,;\n])')
     found = []
     for name, text in texts.items():
         for token in tokenize.generate_tokens(io.StringIO(text).readline):
