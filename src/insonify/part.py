@@ -9,7 +9,7 @@ class Part:
     """One of `count` parts of a job, from 1.
 
     Example:
-        >>> part = Part(3, 64)
+        >>> part = insonify.Part(3, 64)
         >>> str(part), part.share(items=1000)
         ('3/64', range(31, 46))
     """

@@ -36,7 +36,8 @@ def compressed_recording(recording: xr.Dataset, replica: Pulse | ArrayLike, *, w
         `pulse_duration` [s] holds the duration of the replica.
 
     Example:
-        >>> from insonify.sonar.pulse import envelope
+        >>> import xarray as xr
+        >>> from insonify.sonar import Pulse, envelope
         >>> pulse = Pulse(kind="lfm", frequency="100 kHz", bandwidth="20 kHz", duration="2 ms")
         >>> time = np.arange(0, 0.03, 1 / 50e3)
         >>> recording = xr.Dataset({"pressure": ("time", 100 * envelope(pulse, time - 0.02))}, {"time": time})
@@ -74,6 +75,7 @@ def beam_recording(
         variables of pings and times. `sidescan` makes its image of beams abeam.
 
     Example:
+        >>> import xarray as xr
         >>> element = np.stack([np.zeros(16), 0.0075 * (np.arange(16) - 7.5), np.zeros(16)], axis=-1)
         >>> time, ahead = np.arange(0.02, 0.03, 1 / 50e3), np.array([15.0, 10.0, 0.0])  # a point ahead and to starboard
         >>> delay = (np.linalg.norm(ahead) + np.linalg.norm(ahead - element, axis=1)[:, None]) / 1500
@@ -128,6 +130,7 @@ def sector_image_of_beams(
         `level_db` over (..., ahead, starboard) [dB re 1 uPa]; NaN outside the sector.
 
     Example:
+        >>> import xarray as xr
         >>> pressure = np.full((3, 4), 10 + 0j)
         >>> pressure[1, 2] = 1000  # [uPa] in the beam ahead, at 26.7 ms: 20 m
         >>> coordinates = {"bearing": ("beam", np.radians([-30, 0, 30])), "time": np.arange(4) / 75}
@@ -160,6 +163,7 @@ def decimated_recording(recording: xr.Dataset, samples: int, *, keep: Keep = "me
         The recording with `intensity` [uPa^2] at the middles of its samples, in place of its field.
 
     Example:
+        >>> import xarray as xr
         >>> recording = xr.Dataset({"intensity": ("time", [4.0, 2.0, 0.0, 8.0])}, {"time": [0.0, 1e-4, 2e-4, 3e-4]})
         >>> peaks = decimated_recording(recording, 2, keep="peak")
         >>> (1e3 * peaks["time"].values).round(3).tolist(), peaks["intensity"].values.round(3).tolist()  # [ms], [uPa^2]

@@ -36,21 +36,12 @@ def image_labels(labels: xr.Dataset, image: xr.Dataset, *, masks: Vote = "majori
         ValueError: An unknown value of `masks`.
 
     Example:
-        >>> import insonify
-        >>> array = {"kind": "planar", "width": "20 cm", "height": "2 cm"}
-        >>> scenario = insonify.Scenario(
-        ...     sonar={"source_level_db": 220, "pulse": {"frequency": "100 kHz", "duration": "0.1 ms"},
-        ...            "transmit": array, "receive": array, "mounting": {"tilt": "30 deg"}},
-        ...     seabed={"depth": "15 m", "scattering": {"law": "lambert", "strength_db": -27}},
-        ...     targets=[{"shape": "box", "position": [0, 20], "size": [2, 2, 2]}],  # on the seabed, to starboard
-        ...     track={"kind": "static", "position": [0, 0, 5], "window": ["10 ms", "40 ms"]},
-        ...     paths={"max_reflections": 0}, field="incoherent",
-        ... )
-        >>> image = insonify.processing.sidescan(insonify.simulate(scenario), geometry="ground", altitude=10.0)
-        >>> masks = image_labels(insonify.labels(scenario).expand_dims("ping"), image).isel(ping=0)
-        >>> shadow = masks["across"].values[masks["shadow"].values]
-        >>> print(shadow.max().round(1))  # to 21 m x 10 / 8, by the height of sonar and box
-        26.3
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> image = sidescan(insonify.simulate(scenario, pings=40), geometry="ground", altitude=8.0)
+        >>> labels = image_labels(insonify.labels(scenario, ping=40).expand_dims("ping"), image).isel(ping=0)
+        >>> shadow = labels["across"].values[labels["shadow"].values]  # of a crate at 29 to 31 m, 1.5 m tall
+        >>> print(shadow.min().round(), shadow.max().round())
+        31.0 38.0
     """
     if masks not in get_args(Vote):
         raise ValueError(f"masks is {masks!r}; choose one of {', '.join(get_args(Vote))}")

@@ -39,6 +39,7 @@ def matched_filter(
     complex envelope); Cook & Bernfeld (1967), Radar Signals, ch. 7 (weighted sweeps); not verified.
 
     Example:
+        >>> from insonify.sonar import Pulse, envelope
         >>> pulse = Pulse(kind="lfm", frequency="100 kHz", bandwidth="20 kHz", duration="2 ms")
         >>> time = np.arange(0, 0.03, 1 / 50e3)
         >>> compressed = abs(matched_filter(envelope(pulse, time - 0.02), pulse, 50e3))

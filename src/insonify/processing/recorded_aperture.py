@@ -48,7 +48,6 @@ def synthetic_aperture_image(
         `pressure` over (north, east), complex [uPa]: the mean over pings, so a point echo keeps its level; and `depth`.
 
     Example:
-        >>> import insonify
         >>> pulse = {"kind": "lfm", "frequency": "100 kHz", "bandwidth": "20 kHz", "duration": "1 ms"}
         >>> scenario = insonify.Scenario(
         ...     sonar={"source_level_db": 200, "pulse": pulse, "transmit": {"kind": "point"},
@@ -59,9 +58,9 @@ def synthetic_aperture_image(
         ...            "window": ["26 ms", "29 ms"]},
         ...     paths={"contributions": ["target"], "families": ["D"]},
         ... )
-        >>> recording = insonify.processing.compressed_recording(insonify.simulate(scenario), scenario.sonar.pulse)
+        >>> recording = compressed_recording(insonify.simulate(scenario), scenario.sonar.pulse)
         >>> image = synthetic_aperture_image(recording, north=[-0.5, 0.0, 0.5], east=[20.0], depth=5.0)
-        >>> level = insonify.processing.recorded_level(image)
+        >>> level = recorded_level(image)
         >>> print(level.values.ravel().round())  # SL + TS - 40 log R - absorption
         [ 88. 127.  87.]
     """

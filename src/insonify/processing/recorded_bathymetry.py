@@ -48,7 +48,7 @@ def interferometric_bathymetry(
         ValueError: No such channels, or receivers that are not one above the other.
 
     Example:
-        >>> from insonify.processing.interferometry import elevation_to_phase, flat_bed_elevation
+        >>> import xarray as xr
         >>> slant_range = np.array([15.0, 20.0, 40.0])  # over a flat seabed, 10 m below two receivers 4 cm apart
         >>> elevation = flat_bed_elevation(slant_range, 10.0)
         >>> phase = elevation_to_phase(elevation, baseline=0.04, tilt=0.0, centre_frequency=150e3)
@@ -127,6 +127,7 @@ def multibeam_soundings(
         soundings; coordinate `angle` [rad].
 
     Example:
+        >>> import xarray as xr
         >>> element = np.stack([np.zeros(32), 0.005 * (np.arange(32) - 15.5), np.zeros(32)], axis=-1)
         >>> time, stone = np.arange(0.028, 0.032, 1 / 40e3), np.array([0.0, 10.0, 20.0])  # to starboard, below
         >>> delay = (np.linalg.norm(stone) + np.linalg.norm(stone - element, axis=1)[:, None]) / 1500

@@ -58,6 +58,7 @@ def record_series(
         the bins [s], shape (bins,).
 
     Example:
+        >>> from insonify.sonar.recorder import Recorder
         >>> gain = {"kind": "gain", "tvg_db_per_decade": 40}
         >>> recorder = Recorder(stages=[gain, {"kind": "quantisation", "bits": 8}], full_scale_db=150)
         >>> counts, time = record_series([31600.0, 7900.0, 1000.0], [0.02, 0.04, 0.08], recorder)  # 90, 78, 60 dB
@@ -160,6 +161,7 @@ def received_level(
         cannot be undone.
 
     Example:
+        >>> from insonify.sonar.recorder import Recorder
         >>> gain = {"kind": "gain", "tvg_db_per_decade": 40}
         >>> recorder = Recorder(stages=[gain, {"kind": "quantisation", "bits": 8}], full_scale_db=150)
         >>> received_level([57, 57, 29], [0.02, 0.04, 0.08], recorder).round().tolist()
@@ -194,12 +196,13 @@ def instrument_recording(
         line; without its field where the recorder keeps the recorded numbers only.
 
     Example:
-        >>> pressure = (("ping", "channel", "time"), np.full((6, 2, 100), 1e4 + 0j))
-        >>> recording = xr.Dataset({"pressure": pressure}, {"time": np.arange(100) / 10e3})
-        >>> looks = {"kind": "looks", "pings": 3, "samples": 10}
-        >>> recorded = instrument_recording(recording, Recorder(stages=[looks, {"kind": "companding", "law": "log"}]))
-        >>> print(dict(recorded["recorded"].sizes), recorded["recorded"].values[0, 0, 0].round(1))  # [dB re 1 uPa]
-        {'line': 2, 'channel': 2, 'bin': 10} 80.0
+        >>> from insonify.sonar.recorder import Recorder
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> looks = {"kind": "looks", "pings": 3, "samples": 7}
+        >>> recorder = Recorder(stages=[looks, {"kind": "companding", "law": "log"}])
+        >>> recorded = instrument_recording(insonify.simulate(scenario, pings=range(6)), recorder)["recorded"]
+        >>> dict(recorded.sizes), recorded.attrs["units"]  # lines of three pings, as levels
+        ({'line': 2, 'channel': 2, 'bin': 250}, 'dB re 1 uPa')
     """
     name = "pressure" if "pressure" in recording else "intensity"
     field = recording[name].transpose("ping", ..., "time")
@@ -248,12 +251,12 @@ def lines_as_pings(recording: xr.Dataset) -> xr.Dataset:
         Dataset of the lines, each with the data of its first ping; without pressure.
 
     Example:
-        >>> pressure = (("ping", "channel", "time"), np.full((6, 2, 100), 1e4 + 0j))
-        >>> recording = xr.Dataset({"pressure": pressure}, {"ping": np.arange(6), "time": np.arange(100) / 10e3})
-        >>> recorder = Recorder(stages=[{"kind": "looks", "pings": 3, "samples": 10}])
-        >>> lines = lines_as_pings(instrument_recording(recording, recorder))
+        >>> from insonify.sonar.recorder import Recorder
+        >>> scenario = insonify.load_scenario("sidescan.yaml")
+        >>> recorder = Recorder(stages=[{"kind": "looks", "pings": 3, "samples": 7}])
+        >>> lines = lines_as_pings(instrument_recording(insonify.simulate(scenario, pings=range(6)), recorder))
         >>> dict(lines["recorded"].sizes), lines["ping"].values.tolist()
-        ({'ping': 2, 'channel': 2, 'time': 10}, [0, 3])
+        ({'ping': 2, 'channel': 2, 'time': 250}, [0, 3])
     """
     first = np.searchsorted(recording["ping"].values, recording["line_ping"].values)
     rest = [name for name, variable in recording.variables.items() if "time" in variable.dims]

@@ -17,6 +17,7 @@ def recorded_level(recording: xr.Dataset) -> xr.DataArray:
         are, recorded counts in dB re 1.
 
     Example:
+        >>> import xarray as xr
         >>> recording = xr.Dataset({"pressure": ("time", [1e3j, 1e4], {"units": "uPa"})})
         >>> recorded_level(recording).values.round(1).tolist(), recorded_level(recording).attrs["units"]
         ([60.0, 80.0], 'dB re 1 uPa')

@@ -47,21 +47,12 @@ def sidescan(
         ValueError: An unknown geometry or gain, or a beam that the sides lack.
 
     Example:
-        >>> import insonify
-        >>> array = {"kind": "planar", "width": "20 cm", "height": "2 cm"}
-        >>> scenario = insonify.Scenario(
-        ...     sonar={"source_level_db": 220, "pulse": {"frequency": "100 kHz", "duration": "0.1 ms"},
-        ...            "transmit": array, "receive": array, "mounting": {"tilt": "30 deg"},
-        ...            "sides": ["port", "starboard"]},
-        ...     seabed={"depth": "15 m", "scattering": {"law": "lambert", "strength_db": -27}},
-        ...     targets=[{"shape": "box", "position": [0, 20], "size": [2, 2, 2]}],  # on the seabed, to starboard
-        ...     track={"kind": "static", "position": [0, 0, 5], "window": ["10 ms", "40 ms"]},
-        ...     paths={"max_reflections": 0}, field="incoherent",
-        ... )
-        >>> image = sidescan(insonify.simulate(scenario), geometry="ground", gain="lambert", altitude=10.0)
+        >>> recording = insonify.simulate(insonify.load_scenario("sidescan.yaml"), pings=40)  # a crate to starboard
+        >>> image = sidescan(recording, geometry="ground", gain="lambert", altitude=8.0)
         >>> level = image["level_db"].isel(ping=0)
-        >>> print(level.sel(across=[-22, 18.8, 22], method="nearest").values.round())  # bed, box, and its shadow
-        [166. 192. 145.]
+        >>> across = {"seabed": slice(-34, -32), "crate": slice(29, 30), "shadow": slice(32, 34)}
+        >>> {name: level.sel(across=cells).median().round().item() for name, cells in across.items()}
+        {'seabed': 157.0, 'crate': 176.0, 'shadow': 150.0}
     """
     recording = field_or_lines(recording)
     recording = recording.rename(beam="channel") if "beam" in recording.dims else recording

@@ -231,6 +231,7 @@ def echosounder_levels(pings: xr.Dataset) -> xr.Dataset:
         ValueError: A setting is missing in all pings.
 
     Example:
+        >>> import xarray as xr
         >>> settings = {
         ...     "frequency": 38e3, "nominal_frequency": 38e3, "transmit_power": 1000.0, "gain_db": 25.5, "slope": 0.1,
         ...     "equivalent_beam_angle_db": -20.7, "pulse_length": 1e-3, "swept": 0.0, "sound_speed": 1500.0,
