@@ -3,6 +3,7 @@
 Right to a factor of two before anything is drawn, and stated before it is too much.
 """
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -183,13 +184,44 @@ def test_the_program_itself_takes_memory():
 
 
 def test_every_worker_process_takes_as_much_memory(monkeypatch: pytest.MonkeyPatch):
-    """The first ping and each of 2, 4 and 16 workers need one share; one thread has the program and that share."""
+    """The first ping and each of 2, 4 and 16 workers need one share; one thread has the program and that share.
+
+    The track is held once: workers are copies of the process that holds it.
+    """
     monkeypatch.setattr(recording_run, "can_fork", lambda: True)  # whatever threads and system the tests have
     scenario = nominal(field="coherent").with_({"track.pings": 64})
     memory = {threads: estimate_cost(scenario, threads=threads).memory for threads in (1, 2, 4, 16)}
-    share = memory[1] - unit_costs.BYTES_OF_PROGRAM
+    common = unit_costs.BYTES_OF_PROGRAM + 64 * unit_costs.BYTES_PER_PING
+    share = memory[1] - common
     for workers in (2, 4, 16):
-        assert memory[workers] == pytest.approx(unit_costs.BYTES_OF_PROGRAM + (workers + 1) * share)
+        assert memory[workers] == pytest.approx(common + (workers + 1) * share)
+
+
+def test_memory_of_a_long_track(tmp_path):
+    """Bytes that a run takes for each further ping of its track, until it has simulated one: as estimated, within 25 %.
+
+    Poses and attitudes at three moments, masks and jobs: the difference of 30 000 pings and 10 000.
+    """
+    track = {"window": (0.02, 0.021), "motion": {"heave": {"rms": "1 cm", "period": "6 s"}}}
+
+    class BegunError(Exception):
+        pass
+
+    def stop(done, _):
+        if done:
+            raise BegunError
+
+    peaks = []
+    for pings in (10_000, 10_000, 30_000):  # the first time, modules are loaded
+        tracemalloc.start()
+        scenario = nominal(track={**track, "pings": pings})
+        with pytest.raises(BegunError):
+            recording_run.record(scenario, tmp_path / "a.zarr", on_ping=stop, threads=1, overwrite=True)
+        peaks.append((tracemalloc.get_traced_memory()[1], scenario))
+        tracemalloc.stop()
+    _, (few, short), (many, long) = peaks
+    estimate = estimate_cost(long, threads=1).memory - estimate_cost(short, threads=1).memory
+    assert estimate == pytest.approx(many - few, rel=0.25)
 
 
 def test_runs_that_tasks_share_cost_what_one_does():

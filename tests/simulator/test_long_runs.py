@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from insonify import machine_memory
 from insonify.cli import main
@@ -141,6 +142,18 @@ def test_an_output_that_is_deleted_is_named(tmp_path: Path, first: str) -> None:
 
     with pytest.raises(WriteError, match="was removed or renamed during the run"):
         record(scene(), path, threads=1, on_ping=delete, with_labels=True)
+
+
+def test_a_million_pings_are_created_opened_and_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A recording of a million pings of which two are simulated, by few files: opened here and by xarray alone."""
+    path = record(scene(10**6), tmp_path / "a.zarr", pings=[5, 10**6 - 1], threads=1)
+    assert sum(file.is_file() for file in path.rglob("*")) < 40
+    for opened in (open_recording(path), xr.open_zarr(path)):
+        assert opened.sizes["ping"] == opened.position.shape[0] == 10**6
+        assert int(opened.ping[-1]) == 10**6 - 1
+    assert np.flatnonzero(open_recording(path).done).tolist() == [5, 10**6 - 1]
+    assert main(["status", str(path), "--tasks", "64"]) == 0
+    assert "2 of 1,000,000 pings recorded" in capsys.readouterr().out
 
 
 def test_simulate_warns_before_memory_is_full(monkeypatch: pytest.MonkeyPatch) -> None:

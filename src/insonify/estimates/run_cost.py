@@ -159,7 +159,7 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
     total = (parts_of(int(held)) + 6 / shapes) * held
     total += (beams + rows) * grid.padded_samples * 16 * bool(rows and sides[0].sub_bands)  # their spectra
     total += unit_costs.BYTES_PER_TILE * work.tiles / len(sides)
-    total += scenario.track.ping_count * 8 * 30 + scenario.sonar.channel_count * grid.sample_count * 16
+    total += scenario.sonar.channel_count * grid.sample_count * 16
     scene = simulator.engine.scene
     total += unit_costs.BYTES_PER_TRIANGLE * sum(len(world_triangles(one, scene.seabed).area) for one in scene.solids)
     total += unit_costs.BYTES_PER_PIECE * max(work.pieces, default=0.0)
@@ -177,9 +177,10 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
         label_sums = simulator.label_accumulator(sides[0])
         if label_sums.directions is not None:  # of seabed and targets, about half filled
             total += label_sums.empty().nbytes
-    if in_processes:
-        return unit_costs.BYTES_OF_PROGRAM + (threads + 1) * total  # of each, and of the first ping before they start
-    return unit_costs.BYTES_OF_PROGRAM + total + (threads - 1) * block
+    track = unit_costs.BYTES_PER_PING * scenario.track.ping_count * (1 + simulator.platforms.is_bistatic)
+    if in_processes:  # they share the track; each has a ping, as has the first process before they start
+        return unit_costs.BYTES_OF_PROGRAM + track + (threads + 1) * total
+    return unit_costs.BYTES_OF_PROGRAM + track + total + (threads - 1) * block
 
 
 def _disk_of(simulator: Simulator, labelled: bool) -> float:

@@ -69,6 +69,8 @@ SECONDS_PER_FACET, SECONDS_PER_SPECULAR_PAIR = 11e-6, 0.15e-6
 
 BYTES_OF_PROGRAM = 310e6
 """Python with the libraries and kernels of a run."""
+BYTES_PER_PING = 800
+"""Poses of a ping at the start, middle and end of its window, its entries in masks and its job."""
 BYTES_PER_TILE = 2500
 """A tile of the seabed while the tiles of a ping are searched for, and as a block in waiting."""
 BYTES_OF_RELIEF = 80e6

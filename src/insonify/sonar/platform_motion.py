@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.frames import pose_rotation
 from insonify.jit import njit
 from insonify.sonar.track.poses import Poses
 
@@ -127,7 +128,8 @@ def track_motion(start_poses: Poses, window_poses: tuple[Poses, Poses]) -> Track
     """
     moments = (start_poses, *window_poses)
     position = np.stack([poses.position for poses in moments], axis=1)
-    rotation = np.stack([poses.rotations for poses in moments], axis=1)
+    later = (pose_rotation(poses.heading, poses.pitch, poses.roll) for poses in window_poses)  # kept once, not twice
+    rotation = np.stack([start_poses.rotations, *later], axis=1)
     is_translating = (position[:, 1:] != position[:, :1]).any(axis=(1, 2))
     return TrackMotion(position, rotation, is_translating | (rotation[:, 1:] != rotation[:, :1]).any(axis=(1, 2, 3)))
 

@@ -15,7 +15,7 @@ from insonify.validity import PhysicsWarning
 
 MAX_WINDOW = 100.0
 """Latest stop of a recording [s]."""
-MAX_PINGS = 500_000
+MAX_PINGS = 2_000_000
 """Largest number of pings of a track [1]."""
 Position = tuple[Coordinate, Coordinate, Coordinate]
 Floats = NDArray[np.float64]
