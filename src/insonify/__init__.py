@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from insonify.formats.netcdf_file import read_netcdf as read_netcdf
     from insonify.formats.netcdf_file import write_netcdf as write_netcdf
     from insonify.formats.zarr_store import open_recording as open_recording
+    from insonify.parameter_sweep import sweep as sweep
     from insonify.part import Part as Part
     from insonify.propagation.path_settings import PathSettings as PathSettings
     from insonify.real_time.live_sonar import live as live
@@ -39,6 +40,7 @@ _HOMES = {
     "levels": "insonify.simulator",
     "record": "insonify.recording_run",
     "Part": "insonify.part",
+    "sweep": "insonify.parameter_sweep",
     "PathSettings": "insonify.propagation.path_settings",
     "live": "insonify.real_time.live_sonar",
     "open_recording": "insonify.formats.zarr_store",
@@ -55,7 +57,7 @@ _PACKAGES = (
 
 __all__ = [
     "Part", "PathSettings", "Scenario", "arrivals", "compare", "dataset", "export", "labels", "levels", "live",
-    "load_scenario", "open_instrument", "open_recording", "read_netcdf", "record", "simulate", "write_netcdf",
+    "load_scenario", "open_instrument", "open_recording", "read_netcdf", "record", "simulate", "sweep", "write_netcdf",
 ]  # fmt: skip
 
 
