@@ -119,7 +119,8 @@ def element_by_element() -> list[Result]:
         legs = PairedLegs(np.zeros((1, 3), np.int64), sent, receive_legs, ones)
         water = ArrayWater(1 / 1500, 0.0, 0.0, refracted, 1e-4 * (speed > 0))
         reception = Reception(*GRID_ARGUMENTS, CARRIER, made.weight_table, water)
-        deposit_on_elements(cells_of[shapes], legs, receive_beams, nodes, NO_SECTOR, reception)
+        cells = cells_of[shapes]
+        deposit_on_elements(cells, cells[:0], legs, receive_beams, nodes, NO_SECTOR, reception)
 
     kernels = {
         "deposit_on_elements, at rest": lambda: kernel(0.0, False, 1),

@@ -96,7 +96,7 @@ def rendered(
     nodes = aperture_nodes(element_position, still, still, float(radius.min()), float(grid.time[-1]), SPEED / carrier)
     cells = grid.cells(elements).reshape(elements, 1, -1, 1)
     deposit_on_elements(
-        cells, PairedLegs(np.zeros((1, 3), np.int64), transmit, receive, one), beams, nodes, NO_SECTOR,
+        cells, cells[:0], PairedLegs(np.zeros((1, 3), np.int64), transmit, receive, one), beams, nodes, NO_SECTOR,
         Reception(grid.first_time, grid.cell_rate, carrier, basis, ArrayWater(1 / SPEED, 0.0, 0.0, False, 0.0)),
     )  # fmt: skip
     return convolve_pulse(cells.reshape(elements, -1), grid, spectrum)

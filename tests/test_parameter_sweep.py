@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import insonify
-from insonify.scenario.diagnostic import ScenarioError
+from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.simulator import simulate
 from oracles.scenes import nominal, point
 

@@ -54,6 +54,13 @@ def sweep(
     Raises:
         ScenarioError: A key or value is refused; nothing has been recorded.
         ClusterError: Some recordings could not be made on the cluster; the others are there.
+
+    Example:
+        >>> few = {"track.pings": 1, "track.window": ["0 s", "40 ms"]}
+        >>> scenario = insonify.load_scenario("sidescan.yaml").with_(few)
+        >>> swept = insonify.sweep(scenario, {"seabed.depth": [20, 25]}, "depths")
+        >>> [(values["seabed.depth"], path.name) for values, _, path in swept]
+        [(20, '00000.zarr'), (25, '00001.zarr')]
     """
     if cluster is not None:
         require_cluster(cluster)

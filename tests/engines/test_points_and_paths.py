@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from insonify.engines.targets import target_points
 from insonify.engines.terrain_occlusion import fresnel_half_length
-from insonify.engines.tracer.image_legs import image_legs, image_source_depth, reflected_intensity
-from insonify.propagation.families import families_up_to
+from insonify.engines.tracer.image_legs import image_legs, reflected_intensity
+from insonify.propagation.families import families_up_to, image_depth
 from insonify.recent_results import RecentResults
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Scatterers
@@ -114,9 +114,9 @@ def test_a_path_is_reciprocal(family, one, other, distance, bearing):
 def test_mirrors_undo_themselves(family, depth):
     """An image mirrored by the same mirrors in reverse is the sonar; S and B together shift it by twice the depth."""
     back = "D" if family == "D" else family[::-1]
-    assert image_source_depth(back, image_source_depth(family, depth, DEPTH), DEPTH) == pytest.approx(depth, abs=1e-9)
-    assert image_source_depth("SB", depth, DEPTH) - depth == pytest.approx(2 * DEPTH)
-    assert image_source_depth("BS", depth, DEPTH) - depth == pytest.approx(-2 * DEPTH)
+    assert image_depth(back, image_depth(family, depth, DEPTH), DEPTH) == pytest.approx(depth, abs=1e-9)
+    assert image_depth("SB", depth, DEPTH) - depth == pytest.approx(2 * DEPTH)
+    assert image_depth("BS", depth, DEPTH) - depth == pytest.approx(-2 * DEPTH)
 
 
 def test_every_bounce_takes_the_same_share_again():

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from insonify.engines.tracer.image_legs import image_legs, image_source_depth
+from insonify.engines.tracer.image_legs import image_legs
 from insonify.engines.tracer.interaction import scattered_per_steradian, specular_direction, specular_fraction
 from insonify.engines.tracer.launch_sampling import tabulated_density
+from insonify.propagation.families import image_depth
 from insonify.propagation.triangle_tree import nearest_hit, triangle_tree
 from insonify.scattering.apl_surface import AplSurface
 from insonify.scattering.compiled_law import compile_law
@@ -124,7 +125,7 @@ def test_a_family_runs_straight_from_its_image():
         assert found.length[0] == pytest.approx(length, abs=1e-4)
         assert np.sign(found.departure[0, 2]) == (-1 if family.startswith("S") else 1)
         assert found.intensity[0] == pytest.approx(0.35 ** (2 * family.count("B")))
-    assert image_source_depth("BS", 11.0, 20.0) == -29.0
+    assert image_depth("BS", 11.0, 20.0) == -29.0
 
 
 def test_laws_are_evaluated_by_directions():

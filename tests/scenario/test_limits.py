@@ -13,7 +13,7 @@ from insonify.scattering import Lambert
 from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.seabed import Seabed
 from insonify.scene.surface import Surface
-from insonify.scene.target import Box, PointTarget
+from insonify.scene.target import Box
 from insonify.scene.terrain import PowerLaw, Ripples
 from insonify.scene.terrain.roughness_cutoff import RoughnessCutoff
 from insonify.scene.terrain.scour import Scour
@@ -35,7 +35,6 @@ PATCH = {"position": (0, 50, 5), "size": (1, 1, 1), "volume_strength_db": -50}
         (Box, BOX | {"heading": 90}, r"heading: .*out of range \(-12\.5664 to 12\.5664 rad\)"),
         (Box, BOX | {"base_depth": "13 km"}, r"base_depth: .*out of range \(above 0, to 12 km\)"),
         (Box, BOX | {"base_depth": -1}, "base_depth: .*at or above the sea surface"),
-        (PointTarget, {"position": (0, 50, -1)}, r"position\.2: .*at or above the sea surface"),
         (ScatteringPatch, PATCH | {"position": (0, 50, 1e5)}, r"position\.2: .*out of range"),
         (ScatteringPatch, PATCH | {"heading": 90}, "heading: .*out of range"),
         (Water, {"volume_strength_db": [[2e5, -50]]}, r"out of range \(0 to 12000 m\)"),

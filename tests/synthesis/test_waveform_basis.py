@@ -17,6 +17,7 @@ from insonify.synthesis.waveform_basis import (
     waveform_basis,
 )
 from oracles.arrays import elements_scenario
+from oracles.scenes import nominal
 from synthesis.oracle import pulse_spectrum, spikes
 
 TONE = Pulse(kind="cw", frequency=100e3, duration=2e-3)
@@ -187,3 +188,13 @@ def test_kept_factors_are_those_of_their_own_sonar():
         np.testing.assert_array_equal(shapes.grid_factors(pulse, grid), factors)
         np.testing.assert_array_equal(grid_factors(grid, shapes.spectra(pulse, grid.frequencies)), factors)
     assert len({factors.tobytes() for factors in first}) == len(changes)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_platform_that_rolls_about_its_arrays_has_one_waveform():
+    """Nothing moves along a ray: one waveform, without Doppler."""
+    scenario = nominal(track={"motion": {"roll": {"rms": "1 deg", "period": "6 s"}}, "window": (0.02, 0.021)})
+    geometry = build_simulator(scenario).ping_geometry(0)
+    assert geometry.receive_motion is not None
+    basis = waveform_basis(geometry)
+    assert basis.doppler.tolist() == [0.0] and basis.doppler_limits == (0.0, 0.0)

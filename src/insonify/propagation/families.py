@@ -12,8 +12,10 @@ from typing import Literal, NamedTuple
 from insonify.scene.scatterers import Boundary
 
 DIRECT = "D"
-Reflector = Literal["surface", "bottom", "hull", ""]
-_REFLECTORS: dict[str, Reflector] = {"S": "surface", "B": "bottom", "H": "hull", DIRECT: "", "": ""}
+Reflector = Literal["surface", "bottom", "hull", "face", ""]
+_REFLECTORS: dict[str, Reflector] = {
+    "S": "surface", "B": "bottom", "H": "hull", "F": "face", "T": "face", DIRECT: "", "": "",
+}  # fmt: skip
 _OWN_LETTER = {"seabed": "B", "surface": "S", "target": "", "water": "", "boundary echo": ""}
 
 

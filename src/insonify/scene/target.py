@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from insonify.data_file import DataFile, Fingerprint, require_unchanged
-from insonify.model import Coordinate, Decibels, Depth, Model, field_error
+from insonify.model import Coordinate, Decibels, Model, field_error
 from insonify.scattering.lambert import Lambert
 from insonify.scene import triangle_surfaces
 from insonify.scene.body import Body, Dimensions, Size
@@ -54,7 +54,7 @@ class PointTarget(Model):
 
     shape: Literal["point"] = "point"
     label: str = "point"
-    position: tuple[Coordinate, Coordinate, Depth]
+    position: tuple[Coordinate, Coordinate, Coordinate]
     """North and east [m], and depth [m]."""
     target_strength_db: Annotated[Decibels, Field(ge=-200, le=100)] = 0.0
     """Target strength [dB re 1 m^2]."""

@@ -270,7 +270,7 @@ def doppler_spectrum(
         / ping_geometry.sound_speed
     )
     low, high = float(factor.min()) - margin, float(factor.max()) + margin
-    if is_bistatic:
+    if is_bistatic or low == high:  # two platforms; arrays that turn about their centres
         return DopplerSpectrum(low, high, 0.0, np.ones(_STEPS))
     per_step, x = (high - low) / (_STEPS - 1), np.linspace(low, high, _STEPS)
     peak, gains = factor[int(np.argmax(gain))], np.resize(gain, len(factor))
