@@ -141,9 +141,9 @@ def test_a_depth_too_many_points_to_the_base_of_the_box():
 @pytest.mark.parametrize(
     ("typed", "message"),
     [
-        ({"pings": "0"}, "track.pings: 0 pings are an empty track. Give 1 to 500000."),
-        ({"pings": ".nan"}, "track.pings: .nan is not a finite number (1 to 500000)."),
-        ({"pings": "2000000"}, "track.pings: 2000000 is out of range (1 to 500000)."),
+        ({"pings": "0"}, "track.pings: 0 pings are an empty track. Give 1 to 2000000."),
+        ({"pings": ".nan"}, "track.pings: .nan is not a finite number (1 to 2000000)."),
+        ({"pings": "3000000"}, "track.pings: 3000000 is out of range (1 to 2000000)."),
         ({"reflection": ".nan"}, "seabed.reflection: .nan is not a finite number (-1 to 1)."),
         ({"interval": ".inf"}, "track.interval: .inf is not a finite number (above 0, to 1000000 s)."),
         ({"pitch": "1e999 deg"}, "track.pitch: 1e999 deg is not a finite number (-1.5708 to 1.5708 rad)."),
