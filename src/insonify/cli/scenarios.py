@@ -106,9 +106,9 @@ def _hint_at_schema(scenario: Path) -> None:
     """Print the command that writes the schema which a new scenario names, unless the schema is there."""
     import shlex
 
-    beside = scenario.with_name(SCHEMA_FILE)
-    if not beside.exists():
-        option = "" if beside == Path(SCHEMA_FILE) else f" -o {shlex.quote(str(beside))}"
+    schema_file = scenario.with_name(SCHEMA_FILE)
+    if not schema_file.exists():
+        option = "" if schema_file == Path(SCHEMA_FILE) else f" -o {shlex.quote(str(schema_file))}"
         typer.echo(f"for completion and explanations of its keys in an editor: insonify schema{option}", err=True)
 
 
