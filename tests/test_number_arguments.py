@@ -56,7 +56,7 @@ def test_limits_belong_to_the_range_unless_they_are_distinguished(value):
     ("limits", "message"),
     [
         ({"low": 0.0, "high": 40.0}, "give a finite number (g/kg), 0 to 40"),
-        ({"low": 0.0, "high": 40.0, "exclude_low": True}, "give a finite number (g/kg), above 0 to 40"),
+        ({"low": 0.0, "high": 40.0, "exclude_low": True}, "give a finite number (g/kg), above 0, to 40"),
         ({"low": 0.0}, "give a finite number (g/kg), 0 or more"),
         ({"low": 0.0, "exclude_low": True}, "give a finite number (g/kg), above 0"),
         ({"example": "35"}, "give a finite number (g/kg), such as 35"),

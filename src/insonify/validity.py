@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.caller_warning import warn_caller
+from insonify.value_range import value_range
 
 
 class PhysicsWarning(UserWarning):
@@ -162,10 +163,8 @@ def _shortened_repr(value: object) -> str:
 
 def _range_error(name: str, shown: str, unit: str, low: float, high: float, above: bool, example: str) -> ValueError:
     """Error with the value and the numbers to give instead."""
-    limit = ""
-    if math.isfinite(high):
-        limit = f", {'above ' if above else ''}{low if low != -_ROUNDING else 0.0:.6g} to {high:.6g}"
-    elif math.isfinite(low):
-        limit = f", above {low:g}" if above else f", {low:g} or more"
+    limits = {"gt" if above else "ge": 0.0 if low == -_ROUNDING else low, "le": high}
+    known = value_range({name: limit for name, limit in limits.items() if math.isfinite(limit)})
+    limit = f", {known}" if known else ""
     of_unit, example = f" ({unit})" if unit else "", f", such as {example}" if example else ""
     return ValueError(f"{name} is {shown}; give a finite number{of_unit}{limit}{example}")

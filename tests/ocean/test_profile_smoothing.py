@@ -74,7 +74,7 @@ def test_a_straight_line_has_no_corner():
 @pytest.mark.parametrize("length", [0, -1, np.nan, np.inf, 1e6, "1 m", None])
 def test_an_impossible_length_is_refused(length):
     """With what to give instead."""
-    with pytest.raises(ValueError, match=r"smoothing is .*above 0 to 1000, such as 1"):
+    with pytest.raises(ValueError, match=r"smoothing is .*above 0, to 1000, such as 1"):
         SUMMER.smoothed(length)
 
 

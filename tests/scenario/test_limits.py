@@ -49,7 +49,7 @@ PATCH = {"position": (0, 50, 5), "size": (1, 1, 1), "volume_strength_db": -50}
         (PowerLaw, {"hurst": 0.8, "rms": "2 km"}, r"rms: .*out of range \(above 0, to 1 km\)"),
         (PowerLaw, {"hurst": 0.8, "rms": 1, "outer_scale": 1e10}, r"out of range \(0\.005 to 1e\+09 m\)"),
         (PowerLaw, {"hurst": 0.8, "rms": 1, "outer_scale": 1e-6}, "outer_scale: .*out of range"),
-        (Pulse, PULSE | {"bandwidth": "30 MHz"}, r"bandwidth: .*out of range \(0 to 20 MHz\)"),
+        (Pulse, PULSE | {"bandwidth": "30 MHz"}, r"bandwidth: .*out of range \(0 to below 20 MHz\)"),
         (ReceiverGain, {"curve": [[-1, 0], [10, 20]]}, r"curve\.0\.0: .*out of range \(0 to 1000000 m\)"),
         (ReceiverGain, {"curve": [[1, 0], [10, 900]]}, r"curve\.1\.1: .*out of range \(-400 to 400 dB\)"),
         (ElementArray, {"positions": [[0, 0, 0], [0, 2e5, 0]]}, r"positions\.1\.1: .*out of range"),

@@ -17,6 +17,7 @@ from insonify.diagnostics.diagnostic import Diagnostic, nearest_word
 from insonify.diagnostics.expected_type import ExpectedType, find
 from insonify.diagnostics.yaml_source import Path, YamlSource, dotted
 from insonify.units import UNITS, si
+from insonify.value_range import value_range
 
 _NUMBER_AND_UNIT = re.compile(r"^([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)$")
 _RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
@@ -245,34 +246,18 @@ def _out_of_range(finding: _Finding, source: YamlSource) -> Diagnostic:
     typed = source.show(finding.path, finding.value).strip()
     match = _NUMBER_AND_UNIT.match(typed)
     if match is None:
-        return _advice(finding.path, source, f"{typed} is out of range", _range(expected.limits, expected.units))
+        return _advice(finding.path, source, f"{typed} is out of range", value_range(expected.limits, expected.units))
     number, unit = match.groups()
     shown = f"{number} {unit or expected.units}".strip()
     size = UNITS.get(expected.dimension, {}).get(unit or expected.units, 1.0)
     limits = {name: bound / size for name, bound in expected.limits.items()}
     fix = _better(float(number), unit, limits, expected, finding.path)
-    return _advice(finding.path, source, f"{shown} is out of range", _range(limits, unit or expected.units), fix)
+    return _advice(finding.path, source, f"{shown} is out of range", value_range(limits, unit or expected.units), fix)
 
 
 def _allowed(expected: Sequence[ExpectedType]) -> str:
     """The range of a number in its SI unit; empty where none is known."""
-    return next((_range(choice.limits, choice.units) for choice in expected if choice.limits), "")
-
-
-def _range(limits: dict[str, float], unit: str) -> str:
-    shown = {name: _plain(bound) for name, bound in limits.items()}
-    low, high = shown.get("ge", shown.get("gt")), shown.get("le", shown.get("lt"))
-    tail = f" {unit}" if unit else ""
-    if low is not None and high is not None:
-        return f"above {low}, to {high}{tail}" if "gt" in limits else f"{low} to {high}{tail}"
-    if low is not None:
-        return f"{low}{tail} or more" if "ge" in limits else f"above {low}{tail}"
-    return f"{high}{tail} or less" if "le" in limits else f"below {high}{tail}"
-
-
-def _plain(bound: float) -> str:
-    """A limit without an exponent, where it is a whole number that a person would write out."""
-    return f"{bound:.0f}" if bound == round(bound) and abs(bound) < 1e9 else f"{bound:.6g}"
+    return next((value_range(choice.limits, choice.units) for choice in expected if choice.limits), "")
 
 
 def _fits(value: float, limits: dict[str, float]) -> bool:

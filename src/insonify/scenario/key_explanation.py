@@ -16,6 +16,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from insonify.value_range import value_range
+
 NAMES = {
     "kind": "Kind of this group of keys.",
     "label": "Name of the object in labels and arrivals.",
@@ -28,6 +30,7 @@ NAMES = {
 }
 """Descriptions of keys that name an alternative or an object, the same in every model."""
 _UNIT = re.compile(r"\[([^\]]+)\]")
+_LIMITS = {"minimum": "ge", "exclusiveMinimum": "gt", "maximum": "le", "exclusiveMaximum": "lt"}  # of JSON schema
 _WORDS = {"None": "null", "True": "true", "False": "false"}  # of Python, and of a file
 
 
@@ -69,7 +72,7 @@ def key_explanation(meaning: str, item: dict[str, Any], definitions: dict[str, A
     distinct = list(dict.fromkeys(numbers))
     named = dict(enumerate(map(_shown_unit, units)))
     shown = [unit or named.get(number, "") for number, (_, unit) in enumerate(distinct)]
-    ranges = tuple(_range(dict(limits), unit) for (limits, _), unit in zip(distinct, shown, strict=True))
+    ranges = tuple(value_range(dict(limits), unit) for (limits, _), unit in zip(distinct, shown, strict=True))
     if len(ranges) == 1 and ranges[0] and _is_list(item):
         ranges = (f"each {ranges[0]}",)
     if "const" in item:
@@ -122,8 +125,7 @@ def _key(model: type, field: str) -> str:
 def _numbers(item: dict[str, Any]) -> list[tuple[tuple[tuple[str, float], ...], str]]:
     """Limits and unit of each number of a value, list or row, in order."""
     if item.get("type") in ("number", "integer"):
-        limits = [(name, item[name]) for name in ("minimum", "exclusiveMinimum", "maximum", "exclusiveMaximum")
-                  if name in item]  # fmt: skip
+        limits = [(name, item[keyword]) for keyword, name in _LIMITS.items() if keyword in item]
         return [(tuple(limits), _shown_unit(item.get("units", "")))]
     below = [*item.get("anyOf", ()), *item.get("prefixItems", ()), *([item["items"]] if "items" in item else [])]
     return [number for part in below for number in _numbers(part)]
@@ -146,28 +148,6 @@ def _is_list(item: dict[str, Any]) -> bool:
 def _shown_unit(unit: str) -> str:
     """A unit as it stands behind a number: without reference, and none for a ratio."""
     return "" if unit == "1" else unit.split(" re ")[0]
-
-
-def _shown(number: float) -> str:
-    """A number without an exponent, if it is one that a person would write out."""
-    return f"{number:.0f}" if number == round(number) and abs(number) < 1e9 else f"{number:g}"
-
-
-def _range(limits: dict[str, float], unit: str) -> str:
-    """Range of a number in words, such as "above 0, to 100 m"; empty without limits."""
-    low, high = (
-        limits.get("minimum", limits.get("exclusiveMinimum")),
-        limits.get("maximum", limits.get("exclusiveMaximum")),
-    )
-    tail = f" {unit}" if unit else ""
-    if low is None or high is None:
-        bound = high if low is None else low
-        words = {"minimum": "at least", "exclusiveMinimum": "above", "maximum": "at most", "exclusiveMaximum": "below"}
-        return "" if bound is None else f"{words[next(iter(limits))]} {_shown(bound)}{tail}"
-    below = "below " if "exclusiveMaximum" in limits else ""
-    if "exclusiveMinimum" in limits:
-        return f"above {_shown(low)}, {below or 'to '}{_shown(high)}{tail}"
-    return f"{_shown(low)} to {below}{_shown(high)}{tail}"
 
 
 def _default(item: dict[str, Any], unit: str, definitions: dict[str, Any]) -> str:
