@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from insonify.recording_run import record as record
     from insonify.scenario.load import load_scenario as load_scenario
     from insonify.scenario.scenario import Scenario as Scenario
+    from insonify.scenario.template import load_template as load_template
     from insonify.simulator import arrivals as arrivals
     from insonify.simulator import labels as labels
     from insonify.simulator import levels as levels
@@ -33,6 +34,7 @@ _HOMES = {
     "compare": "insonify.comparison.compare",
     "dataset": "insonify.datasets.dataset",
     "load_scenario": "insonify.scenario.load",
+    "load_template": "insonify.scenario.template",
     "Scenario": "insonify.scenario.scenario",
     "simulate": "insonify.simulator",
     "arrivals": "insonify.simulator",
@@ -57,7 +59,8 @@ _PACKAGES = (
 
 __all__ = [
     "Part", "PathSettings", "Scenario", "arrivals", "compare", "dataset", "export", "labels", "levels", "live",
-    "load_scenario", "open_instrument", "open_recording", "read_netcdf", "record", "simulate", "sweep", "write_netcdf",
+    "load_scenario", "load_template", "open_instrument", "open_recording", "read_netcdf", "record", "simulate", "sweep",
+    "write_netcdf",
 ]  # fmt: skip
 
 

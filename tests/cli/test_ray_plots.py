@@ -1,6 +1,5 @@
 """`insonify show --rays` draws rays of a profile or a scenario, and refuses mistakes with their fix."""
 
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ import pytest
 from insonify.cli import main
 from insonify.cli.arguments import InputError
 from insonify.cli.ray_plots import show_rays
+from insonify.scenario.template import template_text
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def cast(tmp_path: Path) -> Path:
 @pytest.fixture
 def scenario(tmp_path: Path, cast: Path) -> Path:
     """The nominal scene in the water of that profile."""
-    text = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
+    text = template_text("nominal")
     file = tmp_path / "harbour.yaml"
     file.write_text(text.replace("sound_speed: 1500 m/s", f"profile: {cast.name}"), encoding="utf-8")
     return file

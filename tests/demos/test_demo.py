@@ -12,6 +12,7 @@ from insonify.demos import demo
 from insonify.formats.zarr_store import open_recording
 from insonify.paper.checked_numbers import CheckedNumber
 from insonify.scenario.load import load_scenario
+from insonify.scenario.template import template_text
 from insonify.scenario.write import to_yaml
 from oracles.shown import small
 
@@ -26,10 +27,10 @@ NUMBERS = [
 def test_every_demonstration_is_a_template_and_has_a_picture_of_its_own():
     """The files that `new` offers, each with what it shows written on its first lines."""
     for name in demo.DEMOS:
-        text = demo.template(name)
+        text = template_text(name)
         assert text.lstrip().startswith("#") and "title:" in text
         assert (files("insonify.scenario") / "templates" / f"{name}.yaml").is_file()
-    assert len(set(map(demo.template, demo.DEMOS))) == len(demo.DEMOS)
+    assert len(set(map(template_text, demo.DEMOS))) == len(demo.DEMOS)
 
 
 def test_words_state_what_holds_and_what_does_not():
@@ -63,7 +64,7 @@ def quick(monkeypatch):
     """A demonstration of a sphere and a mine alone, in the window in which they are received."""
     scenario = small("forward-looking")
     text = to_yaml(scenario)
-    monkeypatch.setattr(demo, "template", lambda name: text)
+    monkeypatch.setattr(demo, "template_text", lambda name: text)
     return scenario
 
 

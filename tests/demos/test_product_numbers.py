@@ -9,15 +9,14 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.demos.demo import template
 from insonify.demos.products import coherent_sidescan, forward_looking, interferometric, multibeam
 from insonify.demos.products import synthetic_aperture as aperture
 from insonify.demos.products.peaks import parabolic_peak_position, width
 from insonify.plotting.multipath_view import PassByLevels, TargetEcho
 from insonify.plotting.soundings import SwathSoundings
 from insonify.plotting.strip_map import PointResponse, StripMap
-from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import load_template
 
 HAMMING_WIDTH = 1.3030
 """Width at -3 dB of the spectrum of a Hamming window [1 / length]; Harris (1978) has 1.30 bins."""
@@ -26,7 +25,7 @@ HAMMING_WIDTH = 1.3030
 @lru_cache(maxsize=8)
 def demo(name):
     """The scenario of a demonstration."""
-    return parse_model(Scenario, template(name))
+    return load_template(name)
 
 
 def values_of(numbers):

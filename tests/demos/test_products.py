@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from insonify.demos.demo import DEMOS, template
+from insonify.demos.demo import DEMOS
 from insonify.demos.products import coherent_sidescan, product, product_kind, synthetic_aperture
 from insonify.demos.products.peaks import parabolic_peak_position, width
 from insonify.demos.products.true_depths import depth_from_above, is_clear_of_targets
-from insonify.scenario.load import parse_model
-from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import load_template
 from insonify.scene.solid import seabed_depth_at
 from oracles.shown import simulated, small
 
@@ -21,7 +20,7 @@ def test_a_template_that_shows_has_nothing_wrong(name):
     """Not even a warning; and what its recording is made into is known from the scenario."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        scenario = parse_model(Scenario, template(name))
+        scenario = load_template(name)
     assert product_kind(scenario) == (None if name in ("nominal", "coherent-sidescan") else name)
 
 
@@ -89,7 +88,7 @@ def test_a_shadow_ends_where_the_straight_line_over_the_box_reaches_the_bed():
 
 def test_from_above_a_wreck_is_as_high_as_it_is():
     """Its deck and its deckhouse stand 6 m and 10 m over its keel; beside it there is the bed."""
-    scenario = parse_model(Scenario, template("multibeam"))
+    scenario = load_template("multibeam")
     wreck = scenario.targets[0]
     turn = np.array([np.cos(wreck.heading), np.sin(wreck.heading)])
     deck, house = (np.array(wreck.position) + off * turn for off in (0.0, -18.0))

@@ -5,9 +5,8 @@ from typing import Any
 
 import xarray as xr
 
-from insonify.demos.demo import template
-from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import load_template
 from insonify.simulator import simulate
 
 SMALL: dict[str, dict[str, Any]] = {
@@ -32,7 +31,7 @@ def small(name: str, changes: dict[str, Any] | None = None) -> Scenario:
         name: Name of its template.
         changes: Further values by dotted name.
     """
-    values = parse_model(Scenario, template(name)).model_dump(mode="json")
+    values = load_template(name).model_dump(mode="json")
     for key, value in {**SMALL[name], **(changes or {})}.items():
         *way, last = key.split(".")
         place = values

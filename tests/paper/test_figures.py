@@ -17,6 +17,7 @@ from insonify.paper import figure3, figure5, figure6, figure7, figure10, figure1
 from insonify.paper.checked_numbers import CheckedNumber, write_numbers
 from insonify.paper.nominal_scenario import nominal
 from insonify.plotting import style
+from insonify.scenario.template import template_text
 
 LONG = {**dict.fromkeys((2, 3, 4, 5, 6, 7, 11, 13), pytest.mark.validate), **dict.fromkeys((1, 9, 10, 14), ())}
 """Marks of figures that take other than some seconds."""
@@ -161,9 +162,7 @@ def test_a_number_states_whether_it_holds(number: CheckedNumber, holds: bool | N
 
 def test_the_example_is_the_template() -> None:
     """What `insonify new` writes is what the examples show, but for the paper's flat surface and one frequency."""
-    from importlib.resources import files
-
-    template = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
+    template = template_text("nominal")
     example = Path(__file__).parents[2] / "examples" / "nominal.yaml"
     shown = example.read_text(encoding="utf-8")
 

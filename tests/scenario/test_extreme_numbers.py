@@ -3,7 +3,6 @@
 import copy
 import math
 import random
-from importlib.resources import files
 
 import pytest
 import yaml
@@ -12,6 +11,7 @@ from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.estimates.run_cost import estimate_cost, size_refusal
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import template_text
 from insonify.scene.seabed_terrain import SeabedTerrain
 from oracles.scenes import nominal
 
@@ -66,7 +66,7 @@ def is_reported(described):
 @pytest.mark.parametrize("name", TEMPLATES)
 def test_numbers_far_from_the_template_are_refused_or_priced(name):
     """Four numbers of each template, each times a factor from a millionth to a million."""
-    described = yaml.safe_load((files("insonify.scenario") / "templates" / f"{name}.yaml").read_text(encoding="utf-8"))
+    described = yaml.safe_load(template_text(name))
     draw = random.Random(name)
     for path, value, unit in draw.sample(sorted(leaves(described), key=str), 4):
         far = value * draw.choice(FACTORS)
@@ -77,7 +77,7 @@ def test_numbers_far_from_the_template_are_refused_or_priced(name):
 @pytest.mark.parametrize(("path", "value"), EXTREMES, ids=lambda one: str(one)[:40])
 def test_the_largest_numbers_are_refused_or_priced(path, value):
     """Long windows, many pings, fine cells, deep water, high frequencies, long and far bodies."""
-    described = yaml.safe_load((files("insonify.scenario") / "templates" / "sidescan.yaml").read_text(encoding="utf-8"))
+    described = yaml.safe_load(template_text("sidescan"))
     assert is_reported(changed(described, tuple(path.split(".")), value))
 
 

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator
-from importlib.resources import files
 from typing import Any
 
 import yaml
@@ -14,9 +13,10 @@ from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.propagation.path_settings import PathSettings
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import template_text
 from insonify.scenario.write import to_yaml
 
-NOMINAL = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
+NOMINAL = template_text("nominal")
 LINES = NOMINAL.splitlines()
 
 scraps = st.sampled_from(

@@ -1,7 +1,6 @@
 """A scenario with layered water reports the errors of its profile, and records what it read."""
 
 import warnings
-from importlib.resources import files
 
 import pytest
 
@@ -9,10 +8,11 @@ import insonify
 from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import template_text
 from insonify.scenario.write import to_yaml
 from insonify.validity import PhysicsWarning
 
-NOMINAL = files("insonify.scenario").joinpath("templates/nominal.yaml").read_text(encoding="utf-8")
+NOMINAL = template_text("nominal")
 GOOD = "depth,speed\n0,1510\n8,1510\n14,1490\n20,1490\n"
 
 

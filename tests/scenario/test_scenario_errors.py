@@ -1,7 +1,5 @@
 """Parts that are each right, but do not go together, are reported all at once, each at its own line."""
 
-from importlib.resources import files
-
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -10,9 +8,10 @@ from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.model import field_error, field_errors, raise_errors
 from insonify.scenario.load import load_scenario, parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import template_text
 from insonify.scene.scene import Scene
 
-NOMINAL = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
+NOMINAL = template_text("nominal")
 AFTER_TARGETS = "\nsonar:\n"
 BUOY = "  - {shape: point, label: buoy, position: [0 m, 100 m, 15 m]}\n"
 

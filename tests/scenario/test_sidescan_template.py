@@ -1,15 +1,15 @@
 """The sidescan template: what it shows is right, and what it offers in comments can be used."""
 
 import warnings
-from importlib.resources import files
 
 import pytest
 
 from insonify.diagnostics.diagnostic import ScenarioError
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import template_text
 
-TEXT = (files("insonify.scenario") / "templates" / "sidescan.yaml").read_text(encoding="utf-8")
+TEXT = template_text("sidescan")
 
 
 def test_the_sidescan_template_has_nothing_wrong():

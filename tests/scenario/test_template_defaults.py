@@ -1,14 +1,14 @@
 """The nominal template, which explains every key: what it states of keys that are left out."""
 
 import copy
-from importlib.resources import files
 
 import pytest
 import yaml
 
 from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import template_text
 
-TEXT = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
+TEXT = template_text("nominal")
 LINES = TEXT.splitlines()
 
 

@@ -205,9 +205,7 @@ def _renamed(text: str, template: str, target: Path) -> str:
 
 
 def _template(name: str) -> str:
-    from importlib.resources import files
+    from insonify.scenario.template import template_names, template_text
 
-    folder = files("insonify.scenario") / "templates"
-    known = sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
-    require_choice(name, known, "--template")
-    return (folder / f"{name}.yaml").read_text(encoding="utf-8")
+    require_choice(name, template_names(), "--template")
+    return template_text(name)

@@ -4,7 +4,6 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from insonify.plotting import recording as draw_recording
 from insonify.plotting import style
 from insonify.recording_run import record
 from insonify.scenario.load import load_scenario
+from insonify.scenario.template import template_text
 
 NOMINAL = "nominal"
 """Scene of the paper: one ping, drawn as its recording."""
@@ -32,15 +32,6 @@ class DemoFiles:
     picture: Path
     table: Path
     numbers: list[CheckedNumber]
-
-
-def template(name: str) -> str:
-    """Text of the scenario file of a demonstration.
-
-    Args:
-        name: One of `DEMOS`.
-    """
-    return (files("insonify.scenario") / "templates" / f"{name}.yaml").read_text(encoding="utf-8")
 
 
 def show(name: str, folder: Path, *, overwrite: bool = False, threads: int | None = None,
@@ -60,7 +51,7 @@ def show(name: str, folder: Path, *, overwrite: bool = False, threads: int | Non
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{name}{suffix}" for suffix in (".yaml", ".zarr", ".png", ".json")]
     scenario, recording, picture, table = paths
-    text = template(name)
+    text = template_text(name)
     if scenario.exists() and scenario.read_text(encoding="utf-8") != text and not overwrite:
         raise FileExistsError(f"{scenario} exists and is another scenario. Give another folder, or --overwrite; or "
                               f"run it yourself: insonify run {scenario} -o {recording}")  # fmt: skip

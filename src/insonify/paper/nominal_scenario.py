@@ -4,18 +4,16 @@ The surface is flat, shadows are hard, there are no boundary echoes, and the car
 """
 
 from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
-from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import load_template
 from insonify.scene.scatterers import BOUNDARY_ECHO
 
 
 @lru_cache(maxsize=1)
 def _template() -> Scenario:
-    text = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
-    scenario = parse_model(Scenario, text)
+    scenario = load_template("nominal")
     surface = scenario.surface.model_copy(update={"reflection": "flat", "wind_speed": None})
     contributions = tuple(name for name in scenario.paths.contributions if name != BOUNDARY_ECHO)
     paths = scenario.paths.model_copy(update={"edge_diffraction": "none", "contributions": contributions})

@@ -13,15 +13,14 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from insonify.demos.demo import template
 from insonify.demos.products import synthetic_aperture as strip
 from insonify.demos.products.forward_looking import compressed
 from insonify.demos.products.peaks import width
 from insonify.plotting import style
 from insonify.plotting.strip_map import PointResponse
 from insonify.processing.recorded_geometry import recorded_element_positions
-from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scenario.template import load_template
 from insonify.simulator import simulate
 from insonify.studies.page import Section, table
 from insonify.units import level_db
@@ -64,7 +63,7 @@ def scenario(index: float, length: float, seed: int) -> Scenario:
         length: Correlation length [m].
         seed: Seed of the draw.
     """
-    values: dict[str, Any] = parse_model(Scenario, template("synthetic-aperture")).model_dump(mode="json")
+    values: dict[str, Any] = load_template("synthetic-aperture").model_dump(mode="json")
     values["targets"] = [
         {"shape": "point", "position": [0.0, RANGE, 15.9], "target_strength_db": -15, "label": "point"}
     ]
