@@ -117,7 +117,7 @@ def test_labels_of_a_fan_are_drawn_the_same_way_up(tilt, down, tmp_path, monkeyp
     figures = []
     monkeypatch.setattr(style, "save_figure", lambda figure, path: figures.append(figure) or path)
     scenario = looking(tilt, point(1.0, 3.0, 19.0)).scenario.with_("paths.contributions", ["target"])
-    masks = insonify.labels(scenario).expand_dims("ping").assign(done=("ping", [True]))
+    masks = insonify.labels(scenario)
     labels(insonify.simulate(scenario), masks, tmp_path / "labels.png")
     left, right = figures[0].axes[:2]
     assert left.yaxis_inverted() == right.yaxis_inverted() == down

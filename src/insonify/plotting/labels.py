@@ -25,6 +25,7 @@ from insonify.plotting.target_view import targets_in_view
 from insonify.plotting.waterfall import COLUMNS as SECTOR_COLUMNS
 from insonify.plotting.waterfall import thinned
 from insonify.processing.image_labels import image_labels
+from insonify.records.labels import over_pings
 from insonify.units import level_db
 
 KINDS = {"shadow": "#2E6DB4", "ghost": "#A0349B", "highlight": "#F0A202"}
@@ -55,7 +56,7 @@ def labels(
 
     Args:
         recording: As from `open_recording`.
-        label_dataset: Labels of the recording, as from `open_labels`.
+        label_dataset: Labels of the recording, as from `open_labels`, or of a single ping, as from `insonify.labels`.
         path: File of the figure, .png, .pdf or .svg.
         ping: Row of a single ping; by default all, or for sectors the first that is labelled.
         beam: Row of a single beam, and the corresponding one on the other side; by default all of a sector, else the
@@ -68,12 +69,12 @@ def labels(
 
     Example:
         >>> scenario = insonify.load_scenario("sidescan.yaml")
-        >>> masks = insonify.labels(scenario, ping=40).expand_dims("ping").assign(done=("ping", [True]))
+        >>> masks = insonify.labels(scenario, ping=40)
         >>> picture = labels(insonify.simulate(scenario, pings=40), masks, "labels.png")
         >>> picture.name, picture.stat().st_size > 0
         ('labels.png', True)
     """
-    sound = recording_levels(recording)
+    sound, label_dataset = recording_levels(recording), over_pings(label_dataset)
     row = ping if ping is not None else int(np.flatnonzero(label_dataset["done"].values)[0])
     with style.plot_style():
         if not ground and gain is None and is_sector(recording, ping=ping, beam=beam):

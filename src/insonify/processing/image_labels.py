@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from insonify.processing.bin_overlap import sums_between_edges
 from insonify.processing.slant_range_correction import ground_cell_edges
-from insonify.records.labels import COLUMNS, NO_ROW
+from insonify.records.labels import COLUMNS, NO_ROW, over_pings
 
 Floats = NDArray[np.float64]
 Vote = Literal["majority", "any"]
@@ -22,7 +22,8 @@ def image_labels(labels: xr.Dataset, image: xr.Dataset, *, masks: Vote = "majori
     """Labels of a recording on the axes of an image of that recording.
 
     Args:
-        labels: Labels over (ping, channel, time), as from `insonify.formats.label_store.open_labels`, or some of these.
+        labels: Labels over (ping, channel, time), as from `insonify.formats.label_store.open_labels`, some of these, or
+            those of a single ping, as from `insonify.labels`.
         image: Image from `insonify.processing.sidescan` of the same recording, in slant range or on the ground.
         masks: "majority": a mask is set where at least half of a cell's span is; "any": where any part of it is.
 
@@ -38,15 +39,15 @@ def image_labels(labels: xr.Dataset, image: xr.Dataset, *, masks: Vote = "majori
     Example:
         >>> scenario = insonify.load_scenario("sidescan.yaml")
         >>> image = sidescan(insonify.simulate(scenario, pings=40), geometry="ground", altitude=8.0)
-        >>> labels = image_labels(insonify.labels(scenario, ping=40).expand_dims("ping"), image).isel(ping=0)
+        >>> labels = image_labels(insonify.labels(scenario, ping=40), image).isel(ping=0)
         >>> shadow = labels["across"].values[labels["shadow"].values]  # of a crate at 29 to 31 m, 1.5 m tall
         >>> print(shadow.min().round(), shadow.max().round())
         31.0 38.0
     """
     if masks not in get_args(Vote):
         raise ValueError(f"masks is {masks!r}; choose one of {', '.join(get_args(Vote))}")
-    selected = labels.sel(ping=image["ping"])
-    is_labelled = selected["done"].values if "done" in selected else np.ones(selected.sizes["ping"], bool)
+    selected = over_pings(labels).sel(ping=image["ping"])
+    is_labelled = selected["done"].values
     slant = np.asarray(selected["time"].values, float) * float(image.attrs["sound_speed"]) / 2
     altitude = image["altitude"].values if image.attrs["geometry"] == "ground" else np.zeros(len(is_labelled))
     names = [name for name in COLUMNS if name in selected]

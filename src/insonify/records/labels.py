@@ -132,6 +132,20 @@ def label_dataset(
     return with_names(xr.Dataset(variables, coordinates), names)
 
 
+def over_pings(labels: xr.Dataset) -> xr.Dataset:
+    """Labels over (ping, ...), with the pings that are labelled.
+
+    Args:
+        labels: Labels of a recording, as from `insonify.formats.label_store.open_labels`, or of a single ping, as from
+            `insonify.labels`.
+
+    Returns:
+        The same variables; those of a single ping with a ping axis, and `done` (True: labelled), if they lack them.
+    """
+    labels = labels if "ping" in labels.dims else labels.expand_dims("ping")
+    return labels if "done" in labels else labels.assign(done=("ping", np.ones(labels.sizes["ping"], bool)))
+
+
 def with_names(dataset: xr.Dataset, names: LabelNames) -> xr.Dataset:
     """A dataset of labels with the names of its objects and pairs as coordinates."""
     return dataset.assign_coords(
