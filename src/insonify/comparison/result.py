@@ -81,6 +81,13 @@ class Comparison:
     levels: tuple[Floats, Floats]
     """Level of the first or nadir beam of both [dB], shape (ping, sample), for pictures."""
 
+    def __repr__(self) -> str:
+        """Names, verdict on the whole, and the verdict on each measure."""
+        lines = [f"Comparison of {self.real} and {self.simulated}: {self.summary()}"]
+        width = max((len(finding.measure) for finding in self.findings), default=0)
+        lines += [f"  {finding.measure:{width}}  {finding.verdict}: {finding.reason}" for finding in self.findings]
+        return "\n".join(lines)
+
     @property
     def different(self) -> tuple[str, ...]:
         """Names of the measures that differ, at 5 % over all measures together."""

@@ -81,7 +81,7 @@ class Eigenrays:
 
     def __repr__(self) -> str:
         exists = self.status == "ok"
-        lines = [f"Eigenrays: {exists.sum()} paths to {np.unique(self.point).size} points"]
+        lines = [f"Eigenrays: {_counted(int(exists.sum()), 'path')} to {_counted(np.unique(self.point).size, 'point')}"]
         lines += [f"  {self.point[i]:>5}  {self._line(i)}" for i in range(min(len(self), _PRINTED_ROWS))]
         if len(self) > _PRINTED_ROWS:
             lines.append(f"  ... and {len(self) - _PRINTED_ROWS} rows more")
@@ -91,9 +91,15 @@ class Eigenrays:
         if self.status[i] != "ok":
             return f"{self.family[i]:<4} {self.status[i]}"
         up_down = f"{np.degrees(self.launch_angle[i]):+8.3f} -> {np.degrees(self.arrival_angle[i]):+8.3f} deg"
-        extra = f"{self.turning_points[i]} turns, {self.caustics[i]} caustics" if self.turning_points[i] else ""
+        turns, caustics = _counted(int(self.turning_points[i]), "turn"), _counted(int(self.caustics[i]), "caustic")
+        extra = f"{turns}, {caustics}" if self.turning_points[i] else ""
         level = 20 * np.log10(self.amplitude[i])
         return f"{self.family[i]:<4} {1e3 * self.delay[i]:12.6f} ms  {level:7.2f} dB  {up_down}  {extra}".rstrip()
+
+
+def _counted(number: int, noun: str) -> str:
+    """A number of things, such as "1 turn" and "2 turns"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 @dataclass(frozen=True, slots=True)

@@ -120,6 +120,11 @@ class LiveSonar:
         keep_freed_memory()
         compile_ahead(scenario_features(scenario), thread_count(threads))
 
+    def __repr__(self) -> str:
+        """Title of the scenario, number of channels, and number of pings so far."""
+        title, channels = self.scenario.title or "untitled", self.scenario.sonar.channel_count
+        return f"LiveSonar: {title}, {channels} channel{'s' * (channels != 1)}, {self._count} pings so far"
+
     @property
     def scenario(self) -> Scenario:
         """The scenario."""

@@ -149,6 +149,14 @@ class InstrumentFile(ABC):
             )
         self._omit_unknown()
 
+    def __repr__(self) -> str:
+        """File, format, instrument and number of pings of each group, on one line."""
+        instrument = " ".join(filter(None, (self.instrument.maker, self.instrument.model))) or "unknown"
+        groups = ", ".join(f"{name}: {count} ping{'s' * (count != 1)}" for name, count in self.groups.items())
+        return (
+            f"{type(self).__name__}: {self.path.name}, {self.format}, instrument {instrument}; {groups or 'no pings'}"
+        )
+
     @staticmethod
     @abstractmethod
     def matches(head: bytes) -> bool:
