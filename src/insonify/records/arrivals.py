@@ -110,7 +110,8 @@ class Arrivals:
         if not len(self):
             return "Arrivals: no paths"
         span = f"{self.delay.min() * 1e3:.1f}-{self.delay.max() * 1e3:.1f} ms"
-        head = f"Arrivals: {len(self)} path{'s' * (len(self) != 1)}, {span}; levels in dB re the source at 1 m, before beams"
+        count = f"{len(self)} path{'s' * (len(self) != 1)}"
+        head = f"Arrivals: {count}, {span}; levels in dB re the source at 1 m, before beams"
         order = np.argsort(self.delay, kind="stable")
         if len(self) <= MAX_ROWS_LISTED:
             more = [f"  ... and {len(self) - ROWS_OF_SHORT_LIST} more"] if len(self) > ROWS_OF_SHORT_LIST else []
