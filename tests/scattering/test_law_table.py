@@ -109,3 +109,28 @@ def test_directions_that_are_none_do_no_harm():
     along, down = np.array([[1.0], [0.0], [0.0]]), -FLAT
     assert np.isfinite(law.cross_section(along, along, FLAT)).all()
     assert law.cross_section(down, down, FLAT) == 0 and law.cross_section(-down, -down, FLAT) == 0
+
+
+@dataclass(frozen=True)
+class Product:
+    """Lambert's law of a strength, as a product of which nothing but its factor is known."""
+
+    strength_db: float
+
+    def cross_section(self, grazing_in, grazing_out, azimuth):
+        """Cross section [1]."""
+        return self.direction_factor(grazing_in) * self.direction_factor(grazing_out) + 0 * azimuth
+
+    def direction_factor(self, grazing):
+        """Factor of one direction [1]."""
+        return 10 ** (self.strength_db / 20) * np.sin(grazing)
+
+
+@pytest.mark.parametrize("form", [Product, lambda strength: OfValues(Product(strength))])
+def test_a_law_that_scatters_more_than_arrives_is_reported(form, recwarn):
+    """The albedo of Lambert's law is pi mu: 1 at -4.97 dB, and 1.26 one decibel above that, at every angle."""
+    white = 10 * np.log10(1 / np.pi)
+    compile_law(form(white))
+    assert not recwarn.list
+    with pytest.warns(PhysicsWarning, match=r"scatters 1\.26 times the energy that arrives at a grazing angle of"):
+        compile_law(form(white + 1.0))

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.caller_warning import warn_caller
 from insonify.scattering.law import Floats, ScatteringLaw
-from insonify.validity import require_grazing_angle
+from insonify.validity import PhysicsWarning, require_grazing_angle
 
 NEAREST_MIRROR = 1e-6
 """Closest approach to the specular direction in the integral [1]."""
@@ -88,6 +89,23 @@ def _albedo_cap_nodes(law: Any) -> NDArray[np.float64]:
     sines = np.linspace(0, 1, CAP_NODES)
     sines[0] = 0.1 * sines[1]
     return np.asarray(1 / np.maximum(1.0, MARGIN * albedo(law, np.arcsin(sines), points=40)))
+
+
+def warn_above_one(law: ScatteringLaw) -> None:
+    """Warn if a law scatters more energy than arrives, at any of some grazing angles: no passive boundary does.
+
+    Args:
+        law: Any scattering law.
+    """
+    angles = np.radians([2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 90.0])
+    shares = albedo(law, angles, points=40)
+    most = int(np.argmax(shares))
+    if shares[most] > MARGIN:
+        warn_caller(
+            f"{type(law).__name__} scatters {shares[most]:.3g} times the energy that arrives at a grazing angle of "
+            f"{np.degrees(angles[most]):.0f} degrees, and a passive boundary all of it at most. Lower it",
+            PhysicsWarning,
+        )
 
 
 def symmetric_cap(law: ScatteringLaw, sine_in: Floats, sine_out: Floats) -> Floats:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.scattering import _compiled_law_kernels as kernels
 from insonify.scattering._law_table_kernel import LawGrid, tabulated_cross_sections
-from insonify.scattering.albedo import albedo_cap_nodes
+from insonify.scattering.albedo import albedo_cap_nodes, warn_above_one
 from insonify.scattering.jackson import Jackson, UncappedJackson
 from insonify.scattering.kirchhoff import Kirchhoff
 from insonify.scattering.lambert import Lambert
@@ -144,6 +144,9 @@ def compile_law(law: ScatteringLaw) -> CompiledLaw:
     Returns:
         The same law, evaluated from unit vectors.
 
+    Warns:
+        PhysicsWarning: Its albedo exceeds 1, or its table is not as exact as that of other laws.
+
     Raises:
         TypeError: It has no `cross_section`.
         ValueError: A cross section is negative or not a number.
@@ -153,11 +156,14 @@ def compile_law(law: ScatteringLaw) -> CompiledLaw:
         CompiledLaw: surface cross sections, 512 table entries, no cap
     """
     if isinstance(law, ProductLaw):
-        return _product(lambda sine: law.direction_factor(np.arcsin(sine)))
-    if not isinstance(law, ScatteringLaw):
+        compiled = _product(lambda sine: law.direction_factor(np.arcsin(sine)))
+    elif isinstance(law, ScatteringLaw):
+        compiled = CompiledLaw(tabulated_cross_sections, *tabulate(law), NO_CAP)
+    else:
         advice = "a scattering law has cross_section(grazing_in, grazing_out, azimuth)"
         raise TypeError(f"{type(law).__name__} has no cross_section; {advice}")
-    return CompiledLaw(tabulated_cross_sections, *tabulate(law), NO_CAP)
+    warn_above_one(law)
+    return compiled
 
 
 @lru_cache(maxsize=32)
