@@ -16,7 +16,7 @@ def test_a_template_is_the_scenario_that_the_command_writes(name, tmp_path, monk
     assert load_template(name) == load_scenario("survey.yaml").with_("title", load_template(name).title)
 
 
-def test_an_unknown_template_is_answered_with_the_nearest_name():
+def test_the_error_of_an_unknown_template_has_the_nearest_name():
     """Or with all of them; never with a path."""
     with pytest.raises(ValueError, match=r"no template 'side-scan'; did you mean 'sidescan'\?"):
         insonify.load_template("side-scan")

@@ -97,9 +97,9 @@ class Eigenrays:
         return f"{self.family[i]:<4} {1e3 * self.delay[i]:12.6f} ms  {level:7.2f} dB  {up_down}  {extra}".rstrip()
 
 
-def _counted(number: int, noun: str) -> str:
+def _counted(number: int, thing: str) -> str:
     """A number of things, such as "1 turn" and "2 turns"."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
 
 
 @dataclass(frozen=True, slots=True)
