@@ -126,6 +126,10 @@ SCENES: Mapping[str, Callable[[int], Output]] = {
     "elements": recorded(
         sonar={"receive": LINE, "receiver": {"record": "elements"}}, track={"window": [0.0, 0.06]}
     ),
+    "elements-of-a-sector": recorded(
+        sonar={"receive": {**LINE, "elements": 32}, "receiver": {"record": "elements"}},
+        track={"speed": 4.0, "window": [0.0, 0.06]},
+    ),
     "moving-platform": recorded(
         track={"speed": 4.0, "motion": {"roll": {"rms": "2 deg", "period": 4.0}}},
         sonar={"sides": ["port", "starboard"]},
