@@ -167,6 +167,13 @@ def test_a_setting_that_is_missing_is_named():
     assert "angle_alongship" not in echosounder_levels(pings.assign(beam_type=0.0))
 
 
+@pytest.mark.parametrize("other", [xr.Dataset(), xr.Dataset({"level": (("ping", "channel"), [[1.0]])})])
+def test_a_dataset_without_echoes_of_an_echosounder_is_refused(other):
+    """An empty one, and one of another instrument; the message has the call that reads the right one."""
+    with pytest.raises(ValueError, match=r"neither voltage nor power_db .*file\.read\(\"38 kHz\"\)"):
+        echosounder_levels(other)
+
+
 @pytest.mark.skipif(not REAL.is_file(), reason=f"the recording {REAL.name} is not in the folder of data")
 def test_the_stored_filters_decimate_to_the_stored_interval():
     """Five real channels: filters lead to the sample rate, and a tone passes at its amplitude."""

@@ -58,7 +58,7 @@ def record_series(
         the bins [s], shape (bins,).
 
     Example:
-        >>> from insonify.sonar.recorder import Recorder
+        >>> from insonify.sonar import Recorder
         >>> gain = {"kind": "gain", "tvg_db_per_decade": 40}
         >>> recorder = Recorder(stages=[gain, {"kind": "quantisation", "bits": 8}], full_scale_db=150)
         >>> counts, time = record_series([31600.0, 7900.0, 1000.0], [0.02, 0.04, 0.08], recorder)  # 90, 78, 60 dB
@@ -161,7 +161,7 @@ def received_level(
         cannot be undone.
 
     Example:
-        >>> from insonify.sonar.recorder import Recorder
+        >>> from insonify.sonar import Recorder
         >>> gain = {"kind": "gain", "tvg_db_per_decade": 40}
         >>> recorder = Recorder(stages=[gain, {"kind": "quantisation", "bits": 8}], full_scale_db=150)
         >>> received_level([57, 57, 29], [0.02, 0.04, 0.08], recorder).round().tolist()
@@ -196,7 +196,7 @@ def instrument_recording(
         line; without its field where the recorder keeps the recorded numbers only.
 
     Example:
-        >>> from insonify.sonar.recorder import Recorder
+        >>> from insonify.sonar import Recorder
         >>> scenario = insonify.load_scenario("sidescan.yaml")
         >>> looks = {"kind": "looks", "pings": 3, "samples": 7}
         >>> recorder = Recorder(stages=[looks, {"kind": "companding", "law": "log"}])
@@ -251,7 +251,7 @@ def lines_as_pings(recording: xr.Dataset) -> xr.Dataset:
         Dataset of the lines, each with the data of its first ping; without pressure.
 
     Example:
-        >>> from insonify.sonar.recorder import Recorder
+        >>> from insonify.sonar import Recorder
         >>> scenario = insonify.load_scenario("sidescan.yaml")
         >>> recorder = Recorder(stages=[{"kind": "looks", "pings": 3, "samples": 7}])
         >>> lines = lines_as_pings(instrument_recording(insonify.simulate(scenario, pings=range(6)), recorder))

@@ -101,7 +101,7 @@ def fit_recorder(
     Statist. 17, 1217 (both not verified).
 
     Example:
-        >>> from insonify.sonar.recorder import Recorder
+        >>> from insonify.sonar import Recorder
         >>> random, slant_range = np.random.default_rng(1), np.linspace(5, 30, 1600)
         >>> speckle = random.normal(size=(2, 32, 1600)) + 1j * random.normal(size=(2, 32, 1600))  # two draws of one bed
         >>> sea, simulated = 1e7 * speckle * slant_range**-1.5  # levels fall by 30 log R

@@ -228,7 +228,7 @@ def echosounder_levels(pings: xr.Dataset) -> xr.Dataset:
         over (ping, sample), `angle_alongship` and `angle_athwartship` [rad] of split beams, and the coordinate `range`.
 
     Raises:
-        ValueError: A setting is missing in all pings.
+        ValueError: The dataset has no echoes of an echosounder, or a setting is missing in all pings.
 
     Example:
         >>> import xarray as xr
@@ -243,6 +243,11 @@ def echosounder_levels(pings: xr.Dataset) -> xr.Dataset:
         >>> levels["point_scattering_strength"].values.round(1).tolist()  # [dB re 1 m^2]
         [[nan, -51.7, -98.5]]
     """
+    if not {"ping", "sample"} <= set(pings.dims) or not {"voltage", "power_db"} & set(pings.data_vars):
+        raise ValueError(
+            "the dataset has neither voltage nor power_db over (ping, sample). Give a group of the file of an "
+            'echosounder: with insonify.open_instrument("survey.raw") as file, file.read("38 kHz")'
+        )
     rows: list[dict[str, Floats]] = []
     missing: list[str] = []
     for number in range(pings.sizes["ping"]):
@@ -287,11 +292,11 @@ def _needed(ping: xr.Dataset, known: dict[str, float]) -> list[str]:
 
 def _ping_levels(ping: xr.Dataset, known: dict[str, float]) -> dict[str, Floats]:
     """Levels and angles of one ping, each of shape (samples,)."""
-    swept = bool(known["swept"])
+    swept = bool(known.get("swept", 0.0))
     replica = _replica(ping, known)
     time = known["pulse_length"] if replica is None else replica.resolution_time(compressed=swept)
     budget = _budget(ping, known, time)
-    slant_range = np.asarray(known["first_range"] + known["range_step"] * np.arange(ping.sizes["sample"]))
+    slant_range = np.asarray(known.get("first_range", 0.0) + known["range_step"] * np.arange(ping.sizes["sample"]))
     phases: tuple[Floats, Floats] | None = None
     if "voltage" in ping:
         voltage = ping["voltage"].values
@@ -321,7 +326,7 @@ def _ping_levels(ping: xr.Dataset, known: dict[str, float]) -> dict[str, Floats]
 
 def _replica(ping: xr.Dataset, known: dict[str, float]) -> Replica | None:
     """Replica of the pulse of one ping; None of a tone whose slope the file does not state."""
-    rate, slope = known.get("receiver_sample_rate", np.nan), known["slope"]
+    rate, slope = known.get("receiver_sample_rate", np.nan), known.get("slope", np.nan)
     if not (np.isfinite(rate) and np.isfinite(slope)) or known["pulse_length"] * rate < 2:
         return None
     stages = [
@@ -333,7 +338,7 @@ def _replica(ping: xr.Dataset, known: dict[str, float]) -> Replica | None:
 
 def _budget(ping: xr.Dataset, known: dict[str, float], resolution_time: float) -> PowerBudget:
     """Sonar equation of one ping: the gain of a sweep is that calibrated, or that of a constant aperture."""
-    centre, swept = known["frequency"], bool(known["swept"])
+    centre, swept = known["frequency"], bool(known.get("swept", 0.0))
     aperture_db = 20 * np.log10(centre / known["nominal_frequency"])
     gain, correction = known["gain_db"], known.get("sa_correction_db", np.nan)
     return PowerBudget(

@@ -7,6 +7,7 @@ from insonify.sonar.hydrophones import ElementErrors, Hydrophones, element_layou
 from insonify.sonar.pulse import Pulse, energy_duration, envelope, spectrum
 from insonify.sonar.received_pulse import ReceivedPulse, receive_pulse, received_pulse
 from insonify.sonar.receiver import Receiver, response
+from insonify.sonar.recorder import Recorder
 from insonify.sonar.sonar import Mounting, Sonar, array_position, array_rotation
 from insonify.sonar.track import (
     LineTrack,
@@ -41,6 +42,7 @@ __all__ = [
     "Pulse",
     "ReceivedPulse",
     "Receiver",
+    "Recorder",
     "Sonar",
     "StaticTrack",
     "Track",

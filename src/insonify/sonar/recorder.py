@@ -84,7 +84,13 @@ Stage = Annotated[RecorderGain | Looks | Decimation | Clipping | Companding | Qu
 
 
 class Recorder(Model):
-    """Recorder of an instrument: stages between received pressure and file, in their order."""
+    """Recorder of an instrument: stages between received pressure and file, in their order.
+
+    Example:
+        >>> recorder = Recorder(stages=[{"kind": "clipping"}, {"kind": "quantisation", "bits": 8}], full_scale_db=150)
+        >>> [stage.kind for stage in recorder.stages], recorder.units
+        (['clipping', 'quantisation'], 'counts')
+    """
 
     stages: tuple[Stage, ...]
     """Stages, in the order in which the signal passes them."""
