@@ -89,7 +89,7 @@ class Recorder(Model):
     Example:
         >>> recorder = Recorder(stages=[{"kind": "clipping"}, {"kind": "quantisation", "bits": 8}], full_scale_db=150)
         >>> [stage.kind for stage in recorder.stages], recorder.units
-        (['clipping', 'quantisation'], 'counts')
+        (['clipping', 'quantisation'], '1')
     """
 
     stages: tuple[Stage, ...]
