@@ -19,7 +19,7 @@ from insonify.engines.delay_window import DelayInterval, delay_interval, in_dela
 from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_reverberation
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
-from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
+from insonify.engines.terrain_cover import MAX_HIDDEN_FRACTION, hidden_fraction
 from insonify.kernel_compilation import compile_ahead
 from insonify.machine_memory import warn_of_memory
 from insonify.malloc_tuning import keep_freed_memory
@@ -67,9 +67,9 @@ if TYPE_CHECKING:
 MAX_CONCURRENT_PING_BYTES = 128 << 20
 """Memory of a coherent ping's buffer, of one side and part, up to which pings are simulated concurrently [bytes]."""
 PINGS_JUDGED = 5
-"""Pings of a track at which the part of the seabed hidden by terrain is measured."""
+"""Number of pings of a track at which the part of the seabed hidden by terrain is measured."""
 QUEUED_PINGS = 2
-"""Pings that are simulated, or wait for a thread, beyond one for each thread."""
+"""Number of pings that are simulated, or wait for a thread, beyond one for each thread."""
 
 
 @dataclass(frozen=True)
@@ -114,15 +114,15 @@ class Simulator:
         return None if self.tracer is not None else self._reverberation(geometry, self.engine.path_settings)
 
     def label_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:
-        """Fast reverberation of one ping for its labels, whatever engine is recorded."""
+        """Fast reverberation of one ping for its labels, whatever the engine of the recording."""
         return self._reverberation(geometry, self._label_paths)
 
     def _reverberation(self, geometry: PingGeometry, path_settings: PathSettings) -> FastReverberation | None:
         terrain = self.engine.scene.seabed.terrain
-        uneven = delay_field(self.scenario) is not None or path_settings.replica_perturbations  # unlike pairs
-        if terrain is None or terrain.span[0] == terrain.span[1] or uneven:
+        unlike_pairs = delay_field(self.scenario) is not None or path_settings.replica_perturbations
+        if terrain is None or terrain.span[0] == terrain.span[1] or unlike_pairs:
             return None
-        # its radials follow the mean plane: off relief alone, sound comes from elsewhere
+        # its radials follow the mean plane: where the relief reflects all families, sound comes from elsewhere
         if all(bottom_bounces(name) for name in families_reaching("seabed", path_settings.followed_families)):
             return None
         reverberation = prepare_fast_reverberation(self.engine.scene, path_settings, geometry, self.engine.rays)
@@ -130,12 +130,12 @@ class Simulator:
 
     @property
     def shares_reverberation(self) -> bool:
-        """True where labels and sound are expectations of the same points of the seabed."""
+        """True where labels and recording are expectations of the same points of the seabed."""
         return self._label_paths is self.engine.path_settings
 
     @cached_property
     def _label_paths(self) -> PathSettings:
-        """Path settings of the labels' seabed: those of the sound where they may be shared, else with fewer points."""
+        """Path settings of the labels' seabed: those of the recording where shared, else with fewer points."""
         path_settings = self.engine.path_settings
         if self.scenario.field == "incoherent" and self.tracer is None:
             return path_settings
@@ -144,20 +144,20 @@ class Simulator:
     @cached_property
     def _terrain_hides_much(self) -> bool:
         """True: terrain hides too much of the seabed along the track for the fast reverberation."""
-        bed = self.engine.scene.seabed.terrain
-        last, parts = self.scenario.track.ping_count - 1, []
-        for ping in sorted({round(last * part) for part in np.linspace(0, 1, PINGS_JUDGED)}):
-            parts += [hidden_part(bed, geometry) for geometry in self.ping_geometries(ping)] if bed is not None else []
-        return bool(parts) and float(np.mean(parts)) > MOST_HIDDEN
+        terrain, last, hidden = self.engine.scene.seabed.terrain, self.scenario.track.ping_count - 1, list[float]()
+        for ping in sorted({round(last * fraction) for fraction in np.linspace(0, 1, PINGS_JUDGED)}):
+            if terrain is not None:
+                hidden += [hidden_fraction(terrain, geometry) for geometry in self.ping_geometries(ping)]
+        return bool(hidden) and float(np.mean(hidden)) > MAX_HIDDEN_FRACTION
 
     def label_accumulator(self, geometry: PingGeometry) -> LabelAccumulator:
         """Accumulator of the labels of one ping."""
-        is_fine, grid, noise = self.scenario.field == "incoherent", self.grid, self.noise.mean_power
-        if not is_fine:  # without the filter's weak ringing
+        uses_energy_grid, grid, noise = self.scenario.field == "incoherent", self.grid, self.noise.mean_power
+        if not uses_energy_grid:  # without the filter's weak ringing
             grid = time_grid(*self.scenario.track.window, grid.sample_rate, self.pulse.start, self.pulse.stop)
         mean = IncoherentAccumulator(geometry, grid, self._jitter(geometry), self._table, delay_field(self.scenario))
         occluder_names = tuple(target.label for target in self.engine.scene.occluders)
-        return LabelAccumulator(mean, self.label_names, occluder_names, noise, is_fine, self.with_positions)
+        return LabelAccumulator(mean, self.label_names, occluder_names, noise, uses_energy_grid, self.with_positions)
 
     @cached_property
     def label_names(self) -> LabelNames:
@@ -363,31 +363,34 @@ def record_ping(
         ]
         intensity = np.asarray(np.concatenate(expected) + simulator.noise.power[:, None])
         return intensity if electronics is None else electronics.intensities(intensity)
-    sound = np.concatenate([accumulate_ping(simulator, simulator.coherent_accumulator(s), s, pool) for s in sides])
-    sound = sound + simulator.noise.draw(sides[0].ping, sides[0].time, simulator.grid)
-    return sound if electronics is None else electronics.pressures(sound)
+    pressure = np.concatenate([accumulate_ping(simulator, simulator.coherent_accumulator(s), s, pool) for s in sides])
+    pressure = pressure + simulator.noise.draw(sides[0].ping, sides[0].time, simulator.grid)
+    return pressure if electronics is None else electronics.pressures(pressure)
 
 
 KnownSeabed = tuple[FastReverberation, RecordedSums]
-"""Fast reverberation of one side of a ping, and what its labels have evaluated of the recording."""
+"""Fast reverberation of one side of a ping, and the sums of its labels that the recording has as well."""
 
 
 def accumulate_ping(
     simulator: Simulator, accumulator: Accumulator, geometry: PingGeometry, pool: WorkerPool,
     seabed: KnownSeabed | None = None,
 ) -> Any:  # fmt: skip
-    """Result of one ping in one accumulator, over time.
+    """Time series of one ping by one accumulator.
 
     Args:
         simulator: A prepared scenario.
         accumulator: Sum over the path pairs.
         geometry: One side of the sonar at that ping.
         pool: Threads for the parts of the ping.
-        seabed: Its seabed by the fast reverberation, where it has been evaluated; for an `IncoherentAccumulator`.
+        seabed: Seabed of this side, evaluated with its labels, for an `IncoherentAccumulator`; None: evaluated here.
     """
     if seabed is not None:
-        drawn, known = seabed
-        sums = known.energies if known.is_all else _sums(simulator, accumulator, geometry, pool, drawn, known.energies)
+        label_reverberation, known = seabed
+        if known.is_all:
+            sums = known.energies
+        else:
+            sums = _sums(simulator, accumulator, geometry, pool, label_reverberation, known.energies)
         if known.intensity is not None:
             return known.intensity
     else:
@@ -407,7 +410,7 @@ def _sums(
         accumulator: Sum over the path pairs.
         geometry: One side of the sonar at that ping.
         pool: Threads for the parts of the ping.
-        reverberation: Fast reverberation of its seabed; None: the seabed comes in blocks, as all else.
+        reverberation: Fast reverberation of its seabed; None: the seabed comes in blocks, as other contributions do.
         known: Energies of the seabed by the fast reverberation; None: not yet evaluated.
     """
     required = accumulator.requirements
@@ -592,6 +595,6 @@ def levels(
         mean, cap = simulator.expectation_accumulator(geometry), scatterers_per_cell
         curve_sum = TracedLevelAccumulator(mean) if isinstance(mean, TracedAccumulator) else LevelAccumulator(mean, cap)
         intensity = accumulate_ping(simulator, curve_sum, geometry, pool)
-    row, floor = channel % scenario.sonar.beam_count % geometry.channel_count, float(simulator.noise.power[channel])
-    curves = level_curves(intensity, floor, simulator.grid, row)
+    row, noise = channel % scenario.sonar.beam_count % geometry.channel_count, float(simulator.noise.power[channel])
+    curves = level_curves(intensity, noise, simulator.grid, row)
     return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)

@@ -16,7 +16,7 @@ def test_legs_of_a_radial_are_the_same_alone_and_beside_others(order):
     """All radials of a ping at once, and one by one: delays, directions, pressures and weights to a rounding error."""
     simulator = build_simulator(made(order))
     reverberation = simulator.fast_reverberation(simulator.ping_geometry(0))
-    part = reverberation.parts[0]
+    part = reverberation.radial_sets[0]
     several = [slice(0, RADIALS), *(slice(k, k + 1) for k in range(RADIALS))]
     parts = [part._replace(**{name: getattr(part, name)[rows] for name in COLUMNS}) for rows in several]
 
@@ -28,7 +28,7 @@ def test_legs_of_a_radial_are_the_same_alone_and_beside_others(order):
         return (np.where(kept, samples.delay[:, used], 0), samples.amplitude[:, used],
                 np.where(kept[:, None], samples.departure[:, :, used], 0), pairs)  # fmt: skip
 
-    whole, *alone = replace(reverberation, parts=parts).accumulate(map, columns)
+    whole, *alone = replace(reverberation, radial_sets=parts).accumulate(map, columns)
     for k in range(3):
         joined = np.concatenate([one[k] for one in alone], axis=-1)
         np.testing.assert_allclose(whole[k], joined, rtol=1e-6, atol=1e-9)

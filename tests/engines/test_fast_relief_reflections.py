@@ -44,7 +44,7 @@ def test_each_leg_is_that_of_the_general_engine(monkeypatch: pytest.MonkeyPatch)
 
     Off the mean plane they are late or early by 11 us rms, and leave elsewhere by 10 mrad.
     """
-    monkeypatch.setattr(fast_relief_reflections, "ZONE_PART", 0.0)
+    monkeypatch.setattr(fast_relief_reflections, "MAX_BOUNCE_STEP", 0.0)
     simulator = build_simulator(made(4))
     here, kept = simulator.ping_geometry(0), []
 
@@ -101,7 +101,7 @@ def test_legs_between_nodes_are_nearly_those_off_planes_of_their_own(
     monkeypatch.setattr(reverberation, "reflect_at_fitted_planes", spied)
     monkeypatch.setattr(fast_relief_reflections, "local_plane_paths", counted)
     series = [quickly(simulator)[0]]
-    monkeypatch.setattr(fast_relief_reflections, "ZONE_PART", 0.0)
+    monkeypatch.setattr(fast_relief_reflections, "MAX_BOUNCE_STEP", 0.0)
     series.append(quickly(simulator)[0])
     half = len(counts) // 2
     assert 0 < sum(counts[:half]) < 0.8 * sum(counts[half:])

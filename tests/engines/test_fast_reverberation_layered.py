@@ -19,7 +19,7 @@ from insonify.engines.fast_reverberation._refraction_kernel import (
     refracted_launch_slopes,
 )
 from insonify.engines.fast_reverberation.fast_relief_reflections import reflect_at_fitted_planes
-from insonify.engines.fast_reverberation.level_legs import level_legs
+from insonify.engines.fast_reverberation.flat_seabed_legs import flat_seabed_legs
 from insonify.engines.fast_reverberation.refraction_table import RaysFromDepth, refraction_table
 from insonify.engines.fast_reverberation.swath_origins import sample_positions
 from insonify.engines.radial_tables import STRAIGHT, RefractionTable
@@ -175,7 +175,7 @@ def test_each_refracted_leg_is_that_of_the_eigenray_engine(
 
     Directions are within 1 mrad rms, pressures times the root of the law's factor of one direction within 1 % rms.
     """
-    monkeypatch.setattr(fast_relief_reflections, "ZONE_PART", 0.0)
+    monkeypatch.setattr(fast_relief_reflections, "MAX_BOUNCE_STEP", 0.0)
     simulator, kept = in_water(profile, 4), []
     here = simulator.ping_geometry(0)
 
@@ -295,22 +295,22 @@ def test_bounces_of_a_straight_ray_are_those_of_its_image() -> None:
     assert ray.period == pytest.approx(10.0 / tangent, rel=1e-5)
 
 
-def test_level_legs_of_uniform_water_are_straight() -> None:
+def test_flat_seabed_legs_of_uniform_water_are_straight() -> None:
     """Delay, sines and climb from the image source, without a table."""
-    legs = level_legs(STRAIGHT, np.array([4.0, -4.0]), 1500.0, np.array([3.0, 8.0]), 10.0)
+    legs = flat_seabed_legs(STRAIGHT, np.array([4.0, -4.0]), 1500.0, np.array([3.0, 8.0]), 10.0)
     np.testing.assert_allclose(legs.delay[:, 1] * 1500, [10.0, np.hypot(8, 14)])
     np.testing.assert_allclose(legs.arrival_sine[0], [6 / np.hypot(3, 6), 0.6])
     np.testing.assert_array_equal(legs.bounce_sine, legs.arrival_sine)
     np.testing.assert_allclose(legs.climb, [[6, 6], [14, 14]])
 
 
-def test_level_legs_in_layered_water_are_rays_to_the_mean_seabed() -> None:
+def test_flat_seabed_legs_in_layered_water_are_rays_to_the_mean_seabed() -> None:
     """Against the exact solver: delay to 1e-7 s, launch tangent times distance to 2 cm."""
     simulator = in_water(DOWNWARD, 2)
     table, engine = table_of(simulator), simulator.engine
     assert table is not None
     distance = np.linspace(1.0, 36.0, 40)
-    legs = level_legs(table, np.array([4.0, -4.0, -16.0]), simulator.ping_geometry(0).sound_speed, distance, 10.0)
+    legs = flat_seabed_legs(table, np.array([4.0, -4.0, -16.0]), simulator.ping_geometry(0).sound_speed, distance, 10.0)
     for row, family in enumerate(("D", "S", "BS")):
         rays, _, _ = exact_solutions(engine.rays.layers, family, 4.0, np.full(40, 10.0), distance)  # type: ignore[attr-defined]
         np.testing.assert_allclose(legs.delay[row], rays[:, 0, 0], atol=1e-7)

@@ -148,7 +148,7 @@ def test_a_shadow_that_the_beam_hardly_reaches_takes_no_more_lines() -> None:
         simulator = build_simulator(scene(0.02, off))
         ground = simulator.fast_reverberation(simulator.ping_geometry(0))
         assert ground is not None
-        counts.append([len(part.radials) for part in ground.parts])
+        counts.append([len(radial_set.radials) for radial_set in ground.radial_sets])
     assert len(counts[0]) == 2 and counts[0][1] > 3 * counts[1][0]
     assert counts[1] == [len(ground.plan.radials)]
 
@@ -237,7 +237,7 @@ def test_a_zone_holds_the_shadow_that_exact_rays_give(water: Any) -> None:
     end = sidescan_model.shadow_end(water)
     radius = bounding_cylinders(engine.scene)[0, 2]
     assert zone.near == pytest.approx(150.5 - radius) and zone.bearing == pytest.approx(np.pi / 2)
-    assert np.sin(zone.half) == pytest.approx(radius / 150.5)
+    assert np.sin(zone.half_width) == pytest.approx(radius / 150.5)
     assert end <= zone.far < end + (end - sidescan_model.BACK) / 2
     soft = shadow_sector(engine.scene, engine.rays, here, ("D",), 0, 200.0, soft=True)
     assert soft.far > zone.far

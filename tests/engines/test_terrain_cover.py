@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from engines.test_fast_reverberation import quickly, thoroughly
-from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
+from insonify.engines.terrain_cover import MAX_HIDDEN_FRACTION, hidden_fraction
 from insonify.records.legs import LegStatus
 from insonify.simulator import build_simulator, simulate
 from oracles.scenes import nominal
@@ -41,14 +41,14 @@ def test_the_part_that_terrain_hides_is_that_of_the_legs(rms):
         ahead = np.abs(way[:, 0]) < 0.1 * way[:, 1]
         weight = points.area / np.hypot(way[:, 0], way[:, 1]) * ahead
         hidden, whole = hidden + weight[out.status[0] != LegStatus.CLEAR].sum(), whole + weight.sum()
-    assert hidden_part(simulator.engine.scene.seabed.terrain, here) == pytest.approx(hidden / whole, abs=0.06)
+    assert hidden_fraction(simulator.engine.scene.seabed.terrain, here) == pytest.approx(hidden / whole, abs=0.06)
 
 
 def test_a_level_or_gentle_bed_hides_nothing_and_keeps_the_fast_path():
     """Relief of 2 cm to 100 m: not one position in a hundred is hidden, and the fast path serves."""
     simulator = build_simulator(scene(0.02, (0.03, 0.13)))
     here = simulator.ping_geometry(0)
-    assert hidden_part(simulator.engine.scene.seabed.terrain, here) < 0.01
+    assert hidden_fraction(simulator.engine.scene.seabed.terrain, here) < 0.01
     assert simulator.fast_reverberation(here) is not None
 
 
@@ -61,7 +61,7 @@ def test_what_ridges_leave_is_that_of_many_points(edges):
     """
     scenario = scene(0.1, (0.13, 0.19), edges)
     simulator = build_simulator(scenario)
-    assert hidden_part(simulator.engine.scene.seabed.terrain, simulator.ping_geometry(0)) > 2 * MOST_HIDDEN
+    assert hidden_fraction(simulator.engine.scene.seabed.terrain, simulator.ping_geometry(0)) > 2 * MAX_HIDDEN_FRACTION
     assert simulator.fast_reverberation(simulator.ping_geometry(0)) is None
     many = scenario.model_copy(update={"paths": scenario.paths.model_copy(update={"scatterers_per_cell": 20.0})})
     time = simulator.grid.time

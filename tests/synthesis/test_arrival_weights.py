@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from insonify.simulator import arrivals, build_simulator, simulate
-from insonify.synthesis.arrival_weights import arrival_weights, beam_gains
+from insonify.synthesis.arrival_weights import arrival_weights, beam_amplitudes_of_arrivals
 from insonify.synthesis.spike_power import spike_power
 from oracles.scenes import nominal, point
 
@@ -29,7 +29,7 @@ def test_one_direct_path_satisfies_the_sonar_equation():
     slant = np.hypot(150, 8.5)
     loss = 20 * np.log10(slant) + float(scenario.water.absorption(100e3)) * slant
     weight = arrival_weights(paths, here)[0]
-    sent, back = beam_gains(paths, here, 0)
+    sent, back = beam_amplitudes_of_arrivals(paths, here, 0)
     beams = 20 * np.log10(sent[0] * back[0])
     assert 20 * np.log10(np.abs(weight)) == pytest.approx(220 - 2 * loss + beams, abs=1e-4)
     turns = 100e3 * 2 * slant / 1500
@@ -47,7 +47,7 @@ def test_off_the_axis_both_beams_take_their_share():
     """Gains of the two beams are those of a line of its length; the weight has both."""
     east, north = 150.0, 1.2
     paths, here, _ = received(targets=[point(north, east, 11.0)], track={"window": (0.19, 0.206)})
-    sent, back = beam_gains(paths, here, 0)
+    sent, back = beam_amplitudes_of_arrivals(paths, here, 0)
     sine = north / np.hypot(north, east)
     expected = abs(np.sinc(1.5 / 0.015 * sine))
     assert sent[0] == pytest.approx(expected, abs=2e-3) and back[0] == pytest.approx(expected, abs=2e-3)

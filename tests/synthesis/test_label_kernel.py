@@ -53,7 +53,7 @@ def _on_fine_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     made = Simulator.label_accumulator
 
     def exact(self: Simulator, geometry: PingGeometry) -> LabelAccumulator:
-        return replace(made(self, geometry), is_fine=True)
+        return replace(made(self, geometry), uses_energy_grid=True)
 
     monkeypatch.setattr(Simulator, "label_accumulator", exact)
 

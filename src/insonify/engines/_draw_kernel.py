@@ -1,4 +1,4 @@
-"""Scatterers of tiles, each kept or left out, and those kept placed: the arithmetic of `engines.beam_importance`."""
+"""Selection of the scatterers of tiles, and positions of those kept: the arithmetic of `engines.beam_importance`."""
 
 import math
 from typing import NamedTuple
@@ -17,19 +17,20 @@ from insonify.scene.scatterers import ROW_KEY_STEP
 from insonify.scene.terrain_draping_kernel import drape_point
 
 SQUARE = 2
-"""Cells along the side of the squares into which a part with a gain peak is divided."""
+"""Number of cells along the side of the squares into which a part with a gain peak is divided."""
 SQUARES = TILE // SQUARE
+"""Number of such squares along the side of a tile."""
 MIN_SUBDIVIDED = 12
-"""Scatterers of such a part above which its squares are evaluated one by one."""
+"""Number of scatterers of such a part above which its squares are evaluated one by one."""
 BATCH = 256
-"""Scatterers in parts with a gain peak that are evaluated together."""
+"""Number of scatterers in parts with a gain peak that are evaluated together."""
 ROWS_AHEAD = 8
-"""Scatterers between the one that is written and the one whose terrain is prefetched."""
+"""Number of scatterers from the one that is written to the one whose terrain is prefetched."""
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ProbabilityColumns = tuple[Floats, Floats, Floats, NDArray[np.bool_], float, float]
-"""Density, most, corner and peaked of `beam_importance.KeepProbabilities`, the gain below which keep probabilities
-is proportional to its square, and the smallest keep probability."""
+"""Fields of `beam_importance.KeepProbabilities`; gain re that above which all scatterers are kept, below which keep
+probabilities are proportional to it instead of its square; and the smallest keep probability."""
 
 
 class TileRows(NamedTuple):
@@ -55,12 +56,12 @@ class KeptScatterers(NamedTuple):
     area: Floats
     """Area of the boundary that each represents [m^2]."""
     phase: NDArray[np.complex128]
-    """Unit phasor of its position [1]."""
+    """Random phase of each, as a complex number of magnitude 1 [1]."""
     key: NDArray[np.uint64]
-    """Key of its position."""
+    """Scatterer id."""
 
     def first(self, count: int) -> "KeptScatterers":
-        """The first of the scatterers."""
+        """The first `count` of the scatterers."""
         return KeptScatterers(
             self.position[:count], self.normal[:count], self.area[:count], self.phase[:count], self.key[:count]
         )  # fmt: skip
@@ -75,52 +76,52 @@ class PendingScatterers(NamedTuple):
     """Priority, fraction that fills the sonar's cells, largest keep probability, area of the cell [m^2] and phase
     [turns] of each, shape (n or more, 5)."""
     rows: Integers
-    """Its row among the drawn scatterers, shape (n or more,)."""
+    """Row of each among the drawn scatterers, shape (n or more,)."""
     keys: NDArray[np.uint64]
-    """Its key, shape (n or more,)."""
+    """Scatterer id of each, shape (n or more,)."""
 
 
 class _Candidates(NamedTuple):
-    """Scatterers of one tile that may be kept, columns of `TILE` squared numbers."""
+    """Scatterers of one tile that may be kept, columns of `TILE` squared elements."""
 
     row: Integers
-    """Number of its cell along the grid's first axis."""
+    """Number of the cell along the grid's first axis."""
     column: Integers
-    """Number along its second."""
+    """Number of the cell along the grid's second axis."""
     rank: Integers
-    """Its rank."""
+    """Rank of its priority in the tile, from 0."""
     limit: Floats
     """Largest keep probability in its part or square [1]."""
     words: NDArray[np.uint32]
-    """Its random words, (4, `TILE` squared)."""
+    """Random words: for position along, across, phase and priority, (4, `TILE` squared)."""
     priority: Floats
-    """Its priority [1]."""
-    share: Floats
-    """Its keep probability, or in a part with a gain peak the largest one [1]."""
+    """Priority [1]."""
+    probability: Floats
+    """Keep probability, in a part with a gain peak the largest of that part [1]."""
     chosen: Integers
-    """Indices of those with a priority below that; one longer."""
+    """Indices of those with a priority below that probability; one element longer."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_and_keep(
-    tile_rows: TileRows, key: tuple[int, int], shares: ProbabilityColumns, gains: EnvelopeArguments, frame: GridFrame,
-    plane: tuple[float, float], kept: KeptScatterers,
+    tile_rows: TileRows, key: tuple[int, int], probability_columns: ProbabilityColumns, gains: EnvelopeArguments,
+    frame: GridFrame, plane: tuple[float, float], kept: KeptScatterers,
 ) -> int:  # fmt: skip
-    """Keep the scatterers of some tiles with a priority below their keep probability; returns their number.
+    """Keep the scatterers of some tiles with a priority below their keep probability; return their number.
 
     Those over unknown terrain or land are left out.
 
     Args:
         tile_rows: The tiles and their scatterers, as many of each as may be kept.
         key: Both words of the key of the draws.
-        shares: Keep probabilities.
-        gains: First arguments of `gain_re_threshold`.
+        probability_columns: Keep probabilities by tile.
+        gains: First argument of `gain_re_threshold`.
         frame: Frame of the scatterer grid.
-        plane: Depth of the boundary's mean plane [m], and down component of its normal into the water.
+        plane: Mean depth of the boundary [m], and down component of its normal into the water, 1 or -1 [1].
         kept: Result.
     """
     (scale, along, across), drawn, start, first_key = tile_rows
-    density, max_probability, corner, is_peaked, linear_below, min_probability = shares
+    density, max_probability, corner, is_peaked, linear_below, min_probability = probability_columns
     north, east, c, s = frame
     integers, floats = np.empty((4, TILE * TILE + 1), np.int64), np.empty((3, TILE * TILE))
     candidates = _Candidates(
@@ -137,7 +138,7 @@ def draw_and_keep(
         pitch, a0, b0 = BASE_PITCH * 2.0 ** scale[t], along[t] * TILE, across[t] * TILE
         count = _possible_cells(drawn.cell[start[t] :], max_probability[t], (a0, b0), first_rank, candidates)
         if _subdivided_parts(max_probability[t], is_peaked[t]) > 0:
-            _bound_squares(t, a0, b0, pitch, shares, gains, frame, top)
+            _bound_squares(t, a0, b0, pitch, probability_columns, gains, frame, top)
             count = _below_bounds(count, top, (a0, b0), candidates)
         philox_at(row[:count], column[:count], scale[t], 0, key[0], key[1], words)
         probabilities = density[t], linear_below, min_probability
@@ -150,13 +151,19 @@ def draw_and_keep(
             x, y, phase = uniform_from_word(words[0, w]), uniform_from_word(words[1, w]), uniform_from_word(words[2, w])
             x, y = (row[w] + x) * pitch, (column[w] + y) * pitch
             x, y = north + c * x - s * y, east + s * x + c * y
-            a, b, share = row[w] - a0, column[w] - b0, candidates.share[w]
+            a, b, probability = row[w] - a0, column[w] - b0, candidates.probability[w]
             name, drawn_row = first_key[t] + np.uint64(a * ROW_KEY_STEP + b), start[t] + candidates.rank[w]
             if not is_peaked[t, a // SIDE, b // SIDE]:
-                n = _write_kept((x, y), pitch * pitch / share, phase, name, drawn.terrain, drawn_row, plane, kept, n)
+                n = _write_kept(
+                    (x, y), pitch * pitch / probability, phase, name, drawn.terrain, drawn_row, plane, kept, n
+                )
                 continue
             positions[waiting, 0], positions[waiting, 1] = x, y
-            pending[waiting, 0], pending[waiting, 1], pending[waiting, 2] = candidates.priority[w], density[t], share
+            pending[waiting, 0], pending[waiting, 1], pending[waiting, 2] = (
+                candidates.priority[w],
+                density[t],
+                probability,
+            )
             pending[waiting, 3], pending[waiting, 4] = pitch * pitch, phase
             pending_rows[waiting], keys[waiting], waiting = drawn_row, name, waiting + 1
         if waiting > BATCH or t == scale.size - 1:
@@ -200,7 +207,17 @@ def _possible_cells(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _below_bounds(count: int, top: Floats, corner: tuple[int, int], candidates: _Candidates) -> int:
-    """Keep candidates that may lie below the largest keep probability of their square; returns their number."""
+    """Move the candidates that may lie below the largest keep probability of their square to the front.
+
+    Args:
+        count: Number of candidates.
+        top: Largest keep probability in each square [1], (SQUARES, SQUARES).
+        corner: Row and column of the tile's first cell.
+        candidates: The candidates, changed.
+
+    Returns:
+        Number of those at the front.
+    """
     left, (row, column, rank, limit) = 0, candidates[:4]
     for w in range(count):
         bound = top[(row[w] - corner[0]) // SQUARE, (column[w] - corner[1]) // SQUARE]
@@ -214,20 +231,21 @@ def _choose(
     count: int, corner_gain: Floats, is_peaked: NDArray[np.bool_], corner: tuple[int, int],
     probabilities: tuple[float, float, float], candidates: _Candidates,
 ) -> int:  # fmt: skip
-    """Fill priorities, keep probabilities, and indices of those that are kept or wait for their gain.
+    """Fill priorities and keep probabilities; select the candidates that are kept or whose gain is evaluated later.
 
     Args:
         count: Number of candidates.
-        corner_gain: Gain at the corners of the tile's parts, shape (PARTS + 1, PARTS + 1).
-        is_peaked: Parts whose scatterers are evaluated one by one, shape (PARTS, PARTS).
+        corner_gain: Gain at the corners of the tile's parts, re that above which all are kept [1],
+            (PARTS + 1, PARTS + 1).
+        is_peaked: True for parts whose scatterers are evaluated one by one, (PARTS, PARTS).
         corner: Row and column of the tile's first cell.
         probabilities: Fraction that fills the sonar's cells, and further arguments of `keep_probability_of`.
         candidates: The candidates; also the result.
 
     Returns:
-        Number of the indices.
+        Number of selected ones, whose indices are in `chosen`.
     """
-    row, column, rank, limit, words, priority, share, chosen = candidates
+    row, column, rank, limit, words, priority, probability, chosen = candidates
     density, linear_below, min_probability = probabilities
     gain, first_gain = np.empty(TILE * TILE), corner_gain.reshape(corner_gain.size)
     lowest = np.empty(PARTS * PARTS)  # infinite in parts with a gain peak: their limit counts
@@ -249,11 +267,11 @@ def _choose(
         low, high = g00 + y * (g01 - g00), g10 + y * (g11 - g10)
         gain[w] = max(low + x * (high - low), lowest[i * np.uint64(PARTS) + j])
     for w in range(np.uint64(count)):
-        share[w] = min(density * keep_probability_of(gain[w], linear_below, min_probability), limit[w])
+        probability[w] = min(density * keep_probability_of(gain[w], linear_below, min_probability), limit[w])
     found = 0
     for w in range(count):
         chosen[found] = w
-        found += (priority[w] < share[w]) & (priority[w] < limit[w])
+        found += (priority[w] < probability[w]) & (priority[w] < limit[w])
     return found
 
 
@@ -262,7 +280,19 @@ def _write_kept(
     horizontal: tuple[float, float], area: float, phase: float, key: np.uint64, terrain: Floats, row: int,
     plane: tuple[float, float], kept: KeptScatterers, n: int,
 ) -> int:  # fmt: skip
-    """Write a kept scatterer to row n, on the terrain if there is any; returns the number of rows."""
+    """Write a kept scatterer to row n, on the terrain if there is any; return the number of rows.
+
+    Args:
+        horizontal: North and east of the scatterer [m].
+        area: Horizontal area that it represents [m^2].
+        phase: Its random phase [turns].
+        key: Its scatterer id.
+        terrain: Height [m] and gradient [1] of the terrain at the drawn scatterers, (any, 3), or (0, 3).
+        row: Its row among these.
+        plane: See `draw_and_keep`.
+        kept: Result.
+        n: Row that is written.
+    """
     depth, normal_down = plane
     kept.position[n, 0], kept.position[n, 1] = horizontal
     if terrain.shape[0] > 0:
@@ -291,23 +321,27 @@ def _subdivided_parts(max_probability: Floats, is_peaked: NDArray[np.bool_]) -> 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _bound_squares(
-    t: int, a0: int, b0: int, pitch: float, shares: ProbabilityColumns, gains: EnvelopeArguments, frame: GridFrame,
-    top: Floats,
+    t: int, a0: int, b0: int, pitch: float, probability_columns: ProbabilityColumns, gains: EnvelopeArguments,
+    frame: GridFrame, top: Floats,
 ) -> None:  # fmt: skip
-    """The largest keep probability in each square of one tile, into top (SQUARES, SQUARES).
+    """Fill the largest keep probability in each square of one tile.
 
     Args:
         t: Row of the tile.
         a0: Number of the tile's first cell along the scatterer grid's first axis.
-        b0: Along its second.
+        b0: Number of that cell along its second axis.
         pitch: Side of its cells [m].
-        shares: Keep probabilities.
+        probability_columns: Keep probabilities by tile.
         gains: First argument of `gain_re_threshold`.
         frame: Frame of the scatterer grid.
-        top: Result.
+        top: Result [1], (SQUARES, SQUARES).
     """
-    density, max_probability, is_peaked = shares[0][t], shares[1][t], shares[3][t]
-    linear_below, min_probability = shares[4], shares[5]
+    density, max_probability, is_peaked = (
+        probability_columns[0][t],
+        probability_columns[1][t],
+        probability_columns[3][t],
+    )
+    linear_below, min_probability = probability_columns[4], probability_columns[5]
     count = _subdivided_parts(max_probability, is_peaked) * (SIDE // SQUARE) ** 2
     squares_per_part = SIDE // SQUARE
     north, east, c, s = frame
@@ -341,21 +375,21 @@ def _decide_batch(
         linear_below: See `keep_probability_of`.
         min_probability: See `keep_probability_of`.
         gains: First argument of `gain_re_threshold`.
-        terrain: Height and gradient of the terrain at the drawn scatterers, or (0, 3).
+        terrain: Height [m] and gradient [1] of the terrain at the drawn scatterers, (any, 3), or (0, 3).
         plane: See `draw_and_keep`.
-        kept: The columns, to which those kept are added.
-        count: Rows in them.
+        kept: Columns to which those kept are appended.
+        count: Number of rows in them before.
 
     Returns:
-        Rows in them now.
+        Number of rows in them after.
     """
     positions, pending, rows, keys = batch
     gain = np.empty(positions.shape[0])
     gain_re_threshold(gains, positions, np.zeros(gain.size), gain)
     for m in range(gain.size):
-        share = min(pending[m, 1] * keep_probability_of(gain[m], linear_below, min_probability), pending[m, 2])
-        if pending[m, 0] < share:
+        probability = min(pending[m, 1] * keep_probability_of(gain[m], linear_below, min_probability), pending[m, 2])
+        if pending[m, 0] < probability:
             horizontal = positions[m, 0], positions[m, 1]
-            area, phase = pending[m, 3] / share, pending[m, 4]
+            area, phase = pending[m, 3] / probability, pending[m, 4]
             count = _write_kept(horizontal, area, phase, keys[m], terrain, rows[m], plane, kept, count)
     return count

@@ -1,4 +1,4 @@
-"""Upper bound of the two-way gain over neighbourhoods on a boundary: arrays only."""
+"""Upper bound of the two-way pressure gain over neighbourhoods on a boundary: arrays only."""
 
 from typing import NamedTuple
 
@@ -25,10 +25,10 @@ class BoundEnd(NamedTuple):
 
 
 class Neighbourhoods(NamedTuple):
-    """Neighbourhoods on a boundary whose bounds are to be raised, the first of n rows."""
+    """Discs on a boundary whose bounds are to be raised: the first of n rows are in use."""
 
     row: Integers
-    """Row of each among all, (n,)."""
+    """Row of each among all neighbourhoods, (n,)."""
     centre: Floats
     """North and east of their centres [m], (n, 2)."""
     radius: Floats
@@ -40,7 +40,7 @@ def raise_gain_bounds(
     transmit_end: BoundEnd, receive_end: BoundEnd, same_ends: bool, centre: Floats, radius: Floats,
     sufficient_gain: float, transmit: Floats, receive: Floats,
 ) -> None:  # fmt: skip
-    """Raise bounds of the gain of both ends to those of all families, or until their product is sufficient.
+    """Raise bounds of both ends' pressure patterns to those of all families, or until their product is sufficient.
 
     Args:
         transmit_end: Transmitting end.
@@ -49,8 +49,8 @@ def raise_gain_bounds(
         centre: North and east of the neighbourhoods' centres [m], (n, 2).
         radius: Their radii [m], (n,).
         sufficient_gain: Product of the bounds from which on no further family is evaluated [1].
-        transmit: Changed: bound of the gain of the transmitting end [1], (n,).
-        receive: Changed: bound of the gain of the receiving end [1], (n,).
+        transmit: Changed: bound of the transmitting end's pressure pattern [1], (n,).
+        receive: Changed: bound of the receiving end's pressure pattern [1], (n,).
     """
     n = transmit.size
     near = Neighbourhoods(np.empty(n, np.int64), np.empty((n, 2)), np.empty(n))
@@ -87,7 +87,7 @@ def _raise_gain_bounds(
     transmit_end: BoundEnd, receive_end: BoundEnd, same_ends: bool, centre: Floats, radius: Floats,
     sufficient_gain: float, transmit: Floats, receive: Floats,
 ) -> None:  # fmt: skip
-    """Raise bounds as the kernel `raise_gain_bounds` does."""
+    """Raise bounds; arguments are those of the kernel `raise_gain_bounds`."""
     for family in range(transmit_end.angles.vertical_travel.size):
         rows = np.flatnonzero(transmit * receive < sufficient_gain)
         axis, exists = np.empty((rows.size, 3)), np.empty(rows.size, np.bool_)

@@ -29,27 +29,27 @@ def _node_below(distance: Floats, last: float, count: int) -> tuple[Integers, Fl
     return row, np.asarray(position - row)
 
 
-def _between_nodes(value: Floats, row: Integers, part: Floats) -> Floats:
+def _between_nodes(value: Floats, row: Integers, fraction: Floats) -> Floats:
     """Linear interpolation between the values of nodes, of a row and a fraction of the step."""
-    return np.asarray(value[row] + part * (value[row + 1] - value[row]))
+    return np.asarray(value[row] + fraction * (value[row + 1] - value[row]))
 
 
 class _Neighbourhoods:
-    """Directions from one end to positions and what lies around them."""
+    """Directions from one end of the sonar to positions, and to the discs around them."""
 
     def __init__(self, end: EnvelopeEnd, centre: Floats, radius: Floats) -> None:
-        """Compute bearings and distances.
+        """Compute unit vectors, nodes of distance, and the angles that the radii subtend.
 
         Args:
             end: The end.
             centre: Positions (north, east) [m], shape (n, 2).
-            radius: Distance from each position within which the gain is the largest [m], shape (n,).
+            radius: Distance from each position within which the largest gain is given [m], shape (n,).
         """
         position, sines, last, height = end[:4]
         away = centre - position[:2]
         distance = np.hypot(*away.T)
         self.end, self.wide = end, bool(np.any(radius > 0))
-        self.node, self.part = _node_below(distance, last, sines.shape[1])
+        self.node, self.fraction = _node_below(distance, last, sines.shape[1])
         self.ahead, self.aside = away.T / np.maximum(distance, 1e-9)
         self.sine = np.minimum(radius / np.maximum(np.hypot(distance, height), 1e-9), 1.0)
         self.cosine = np.where(self.sine < 1.0, np.sqrt(1.0 - self.sine**2), -1.0)
@@ -59,10 +59,10 @@ class _Neighbourhoods:
         sines, beam, spreads = self.end[1], self.end[4], self.end[5]
         largest = np.zeros(len(self.node))
         for row in range(len(sines)):
-            down = _between_nodes(sines[row], self.node, self.part)
+            down = _between_nodes(sines[row], self.node, self.fraction)
             amplitude = np.ones(len(down))
             if spreads.amplitude.shape[1]:
-                amplitude = _between_nodes(spreads.amplitude[row], self.node, self.part)
+                amplitude = _between_nodes(spreads.amplitude[row], self.node, self.fraction)
             spread = self._spread(row, down) if spreads.glints[row] else None
             gain = _gain(beam, self._spans(beam[0], down), spread, spreads.patterns) * amplitude
             np.fmax(largest, gain, out=largest)  # no ray, no number
@@ -78,7 +78,7 @@ class _Neighbourhoods:
         """Standard deviations of a glint's cosines to the right, down and to boresight of the array [1]."""
         spreads, axes = self.end[5], self.end[4][0]
         elevation, bearing = (
-            _between_nodes(change[row], self.node, self.part)
+            _between_nodes(change[row], self.node, self.fraction)
             for change in (spreads.elevation_change, spreads.bearing_change)
         )
         north, east, slopes = self.ahead, self.aside, spreads.slopes
@@ -97,7 +97,7 @@ def _gain(
     spread: tuple[Floats, Floats, Floats] | None,
     patterns: tuple[Floats, ...],
 ) -> Floats:
-    """Envelope of the largest of some beams over spans of cosines [1], its fourth-power mean over glints if any."""
+    """Largest pressure envelope of some beams over spans of cosines [1], of glints the fourth-power mean."""
     _, steer, scale, majorants, per_unit, element, _ = beam
     (_, w), right, down = cosines
     spread_margin = np.zeros(len(w)) if spread is None else 2 * spread[2]
@@ -125,34 +125,37 @@ def _glint_pattern(table: Floats, unspread: Floats, per_unit: float, x: Floats, 
         return unspread
     position = np.minimum(x * (per_unit / ROWS_PER_SPREAD_ROW), table.shape[1] - 1.0)
     row = np.minimum(position.astype(np.int64), table.shape[1] - 2)
-    part, times = position - row, np.maximum(spread * (per_unit / MIN_SPREAD_ROWS), 0.0)
+    fraction, times = position - row, np.maximum(spread * (per_unit / MIN_SPREAD_ROWS), 0.0)
     octave = np.minimum(np.log2(np.maximum(times, 1.0)), table.shape[0] - 1.0)
     i = np.minimum(octave.astype(np.int64), table.shape[0] - 2)
-    low, high = (table[k, row] + part * (table[k, row + 1] - table[k, row]) for k in (i, i + 1))
+    low, high = (table[k, row] + fraction * (table[k, row + 1] - table[k, row]) for k in (i, i + 1))
     return np.where(times <= 1.0, unspread + times * (low - unspread), low + (octave - i) * (high - low))
 
 
 def _two_way_gain(
     transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, position: Floats, radius: Floats
 ) -> Floats:
-    """Largest envelope of the two-way gain within a radius [m] of each position [1], shape (n,)."""
+    """Largest envelope of the two-way pressure gain within a radius [m] of each position [1], shape (n,)."""
     once = _Neighbourhoods(transmit, position, radius).envelope()
     return np.asarray(once * (once if same_beams else _Neighbourhoods(receive, position, radius).envelope()))
 
 
 @gain_re_threshold.stand_in
 def _gain_over_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats, gain: Floats) -> None:
-    """Envelope of the two-way gain re that above which all scatterers are kept, into gain (n,) [1]."""
+    """Fill the envelope of the two-way pressure gain re that above which all scatterers are kept [1], (n,)."""
     transmit, receive, same_beams, threshold_at_nodes, last, middle, weakest = gains
     for first in range(0, len(gain), BATCH):
-        part = slice(first, first + BATCH)
-        distance = np.hypot(*(position[part] - middle).T)
-        ends = (distance - radius[part], distance + radius[part])
+        rows = slice(first, first + BATCH)
+        distance = np.hypot(*(position[rows] - middle).T)
+        nearest_and_farthest = (distance - radius[rows], distance + radius[rows])
         threshold = np.minimum(
-            *(_between_nodes(threshold_at_nodes, *_node_below(end, last, len(threshold_at_nodes))) for end in ends)
+            *(
+                _between_nodes(threshold_at_nodes, *_node_below(limit, last, len(threshold_at_nodes)))
+                for limit in nearest_and_farthest
+            )
         )
-        two_way = _two_way_gain(transmit, receive, same_beams, position[part], radius[part])
-        gain[part] = two_way / np.maximum(threshold, weakest)
+        two_way = _two_way_gain(transmit, receive, same_beams, position[rows], radius[rows])
+        gain[rows] = two_way / np.maximum(threshold, weakest)
 
 
 @max_two_way_gain.stand_in
@@ -160,7 +163,7 @@ def _max_gain_at(
     transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, distance: Floats, middle: Floats, axes: Floats,
     sectors: Floats, halvings: int, close: float, best: Floats,
 ) -> None:  # fmt: skip
-    """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1]."""
+    """Fill the largest envelope of the two-way pressure gain over all bearings at some distances [1], (n,)."""
 
     def positions(node: Integers, bearing: Floats) -> Floats:
         return np.asarray(middle + distance[node, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1))

@@ -1,4 +1,4 @@
-"""Envelope of the two-way gain at positions on a flat boundary: the arithmetic of `engines.beam_importance`.
+"""Envelope of the two-way pressure gain at positions on a flat boundary: the arithmetic of `engines.beam_importance`.
 
 Positions are processed in batches that stay in the nearest cache. The columns of a batch lie in rows of one array, so
 that the compiler can vectorise loops over them.
@@ -27,16 +27,17 @@ Integers = NDArray[np.int64]
 
 
 class RaySpreads(NamedTuple):
-    """Amplitudes and spreads of the rows of one end's rays off a moving surface; off one that is still, no columns."""
+    """Amplitudes and spreads of the rows of one end's rays that a moving surface reflects; no nodes if it is still."""
 
     amplitude: Floats
-    """Pressure of a row re a calm surface, at the nodes [1], shape (rows, nodes); (rows, 0) where all are 1."""
+    """Pressure of a row re that of a calm surface, at the nodes of distance [1], shape (rows, nodes); (rows, 0) where
+    all are 1."""
     elevation_change: Floats
     """Change of elevation per slope, see `glint_spread.LegSpread` [rad], shape (rows, nodes); read for glints only."""
     bearing_change: Floats
     """Change of bearing per slope [rad], shape (rows, nodes); read for glints only."""
     glints: NDArray[np.bool_]
-    """Rows whose directions are spread, shape (rows,)."""
+    """True for rows of glints, whose directions are spread, shape (rows,)."""
     slopes: Floats
     """See `glint_spread.GlintSpread`, shape (3,)."""
     patterns: tuple[Floats, Floats, Floats, Floats]
@@ -44,24 +45,38 @@ class RaySpreads(NamedTuple):
 
 
 EnvelopeEnd = tuple[Floats, Floats, float, float, BeamMajorants, RaySpreads]
-"""Position of one end [m], shape (3,); sines of the rays' departure at nodes of distance, positive down, NaN for none,
-shape (rows, nodes): one row a family, and one more for its glints; distance of the last node [m]; height of the end
-above the boundary, or depth below it [m]; its beams; and the spreads of its rows by a moving surface."""
+"""Position of one end [m], shape (3,); sines of the rays' departure angles at nodes of distance, positive down, NaN for
+no ray, shape (rows, nodes): one row a family, and one more for its glints; distance of the last node [m]; height of the
+end above the boundary, or depth below it [m]; its beams; and the spreads of its rows by a moving surface."""
 EnvelopeArguments = tuple[EnvelopeEnd, EnvelopeEnd, bool, Floats, float, Floats, float]
 """The first argument of `gain_re_threshold`."""
 
 BATCH = 128
-"""Positions that are computed together."""
+"""Number of positions that are computed together."""
 _ROWS = 23
-_NORTH, _EAST, _RADIUS, _SUFFICIENT, _RESULT, _SPARE = range(
-    6
-)  # rows that callers fill and read; the others are passing
+"""Index of the last row of a batch, for results of the other end."""
+_NORTH, _EAST, _RADIUS, _SUFFICIENT, _RESULT, _V_MAX = range(6)
+_NODE, _FRACTION, _RAY_NORTH, _RAY_EAST, _SINE, _COSINE, _DOWN, _W, _U, _V, _U_MAX = range(6, 17)
 _AMPLITUDE, _GAIN, _POSITION, _BEFORE, _AFTER = 18, 19, 20, 21, 22
+"""Rows of a batch. Callers fill the first four, and read the fifth.
+
+* _NODE, _FRACTION: index of the node of distance before the position, and fraction of the step beyond it.
+* _RAY_NORTH, _RAY_EAST: horizontal unit vector from the end to the position.
+* _SINE, _COSINE: of the angle that the radius subtends at the end; cosine -1 from a right angle on.
+* _DOWN: sine of the departure angle, NaN for no ray.
+* _W; _U, _U_MAX; _V, _V_MAX: greatest cosine to the beam's axis; least and greatest to its right and down axes.
+"""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _envelope(bound: Floats, per_unit: float, x: float) -> float:
-    """Largest magnitude of a pattern at distance x from its axis or beyond, drawn through the table's rows."""
+    """Largest pressure pattern at distance x from its axis or beyond [1], linear between the rows of a table.
+
+    Args:
+        bound: Table of these values, re the axis [1], (rows,); empty: 1 everywhere.
+        per_unit: Rows per unit of direction cosine [1].
+        x: Difference of direction cosines [1].
+    """
     if bound.shape[0] == 0:
         return 1.0
     position = x * per_unit
@@ -72,13 +87,13 @@ def _envelope(bound: Floats, per_unit: float, x: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _node(distance: float, last: float, count: int) -> float:
-    """Position among nodes that lie at last * (n / (count - 1))**2 [m]."""
+    """Fractional index of a distance [m] among nodes at last * (n / (count - 1))**2 [m], n from 0 to count - 1."""
     return math.sqrt(min(max(distance, 0.0) / last, 1.0)) * (count - 1)
 
 
 @njit(inline="always")
 def _row(workspace: Floats, number: int) -> Floats:
-    """One row of the memory of a batch."""
+    """One row of the workspace of a batch, (BATCH,)."""
     return workspace[number * BATCH : (number + 1) * BATCH]
 
 
@@ -87,15 +102,20 @@ def _locate(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) ->
     """Directions of the positions of a batch, the nodes about them, and the angles that their radii subtend."""
     position, sines, last, height, _, _ = end
     north, east, radius = _row(workspace, _NORTH), _row(workspace, _EAST), _row(workspace, _RADIUS)
-    node, part, ray_north, ray_east = (_row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9))
-    sine, cosine = _row(workspace, 10), _row(workspace, 11)
+    node, fraction, ray_north, ray_east = (
+        _row(workspace, _NODE),
+        _row(workspace, _FRACTION),
+        _row(workspace, _RAY_NORTH),
+        _row(workspace, _RAY_EAST),
+    )
+    sine, cosine = _row(workspace, _SINE), _row(workspace, _COSINE)
     end_north, end_east, count = position[0], position[1], sines.shape[1]
     for n in range(size):
         x, y = north[n] - end_north, east[n] - end_east
         distance = math.sqrt(x * x + y * y)
         among = _node(distance, last, count)
         node[n] = min(np.floor(among), count - 2.0)
-        part[n] = among - node[n]
+        fraction[n] = among - node[n]
         ray_north[n], ray_east[n] = x / max(distance, 1e-9), y / max(distance, 1e-9)
         if has_radius:
             margin = min(radius[n] / max(math.sqrt(distance * distance + height * height), 1e-9), 1.0)
@@ -104,12 +124,12 @@ def _locate(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) ->
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _direction_cosines(axes: Floats, workspace: Floats, has_radius: bool, size: int) -> None:
-    """Cosines to the axes of a beam of the rays of one family to the positions of a batch, or their spans."""
+    """Cosines of the rays of one family to a beam's axes, for the positions of a batch, or spans of these cosines."""
     ray_north, ray_east, sine, cosine = (
-        _row(workspace, 8), _row(workspace, 9), _row(workspace, 10), _row(workspace, 11),
+        _row(workspace, _RAY_NORTH), _row(workspace, _RAY_EAST), _row(workspace, _SINE), _row(workspace, _COSINE),
     )  # fmt: skip
-    down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
-    u_max, v_max = _row(workspace, 16), _row(workspace, _SPARE)
+    down, w, u, v = _row(workspace, _DOWN), _row(workspace, _W), _row(workspace, _U), _row(workspace, _V)
+    u_max, v_max = _row(workspace, _U_MAX), _row(workspace, _V_MAX)
     w0, w1, w2, u0, u1, u2 = axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2]
     v0, v1, v2 = axes[2, 0], axes[2, 1], axes[2, 2]
     for n in range(size):
@@ -131,8 +151,8 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
     _, steer, scale, (across, deep, long, tall), per_unit, element, blocks = beam
     count = blocks.shape[0]
     sufficient, result, amplitude = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _AMPLITUDE)
-    down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
-    u_max, v_max = _row(workspace, 16), _row(workspace, _SPARE)
+    down, w, u, v = _row(workspace, _DOWN), _row(workspace, _W), _row(workspace, _U), _row(workspace, _V)
+    u_max, v_max = _row(workspace, _U_MAX), _row(workspace, _V_MAX)
     for n in range(size):
         largest = result[n]
         if largest >= sufficient[n] or math.isnan(down[n]):
@@ -165,11 +185,11 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_one_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> None:
-    """As `_add_beam_envelope` for one beam: without branches, so that the compiler vectorises the loops."""
+    """`_add_beam_envelope` for one beam: without branches, so that the compiler vectorises the loops."""
     _, steer, scale, (across, deep, long, tall), per_unit, element, _ = beam
     sufficient, result, amplitude = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _AMPLITUDE)
-    down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
-    u_max, v_max, gain = _row(workspace, 16), _row(workspace, _SPARE), _row(workspace, _GAIN)
+    down, w, u, v = _row(workspace, _DOWN), _row(workspace, _W), _row(workspace, _U), _row(workspace, _V)
+    u_max, v_max, gain = _row(workspace, _U_MAX), _row(workspace, _V_MAX), _row(workspace, _GAIN)
     right, below, channel_scale = steer[0, 0], steer[0, 1], scale[0]
     for n in range(size):
         gain[n] = element_gain(element, w[n] + 1e-12) * amplitude[n]
@@ -213,9 +233,14 @@ def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int
     """Raise the result of a batch to the envelope over one row's glints, by the fourth-power mean of directions."""
     (axes, steer, scale, (across, deep, long, tall), per_unit, element, _), spreads = end[4], end[5]
     sufficient, result, amplitude = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _AMPLITUDE)
-    down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
-    u_max, v_max = _row(workspace, 16), _row(workspace, _SPARE)
-    node, part, ray_north, ray_east = (_row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9))
+    down, w, u, v = _row(workspace, _DOWN), _row(workspace, _W), _row(workspace, _U), _row(workspace, _V)
+    u_max, v_max = _row(workspace, _U_MAX), _row(workspace, _V_MAX)
+    node, fraction, ray_north, ray_east = (
+        _row(workspace, _NODE),
+        _row(workspace, _FRACTION),
+        _row(workspace, _RAY_NORTH),
+        _row(workspace, _RAY_EAST),
+    )
     for n in range(size):
         largest = result[n]
         if largest >= sufficient[n] or math.isnan(down[n]) or amplitude[n] <= largest:
@@ -223,8 +248,8 @@ def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int
         k = int(node[n])
         elevation, bearing = spreads.elevation_change[row], spreads.bearing_change[row]
         su, sv, sw = cosine_spreads(
-            ray_north[n], ray_east[n], down[n], elevation[k] + part[n] * (elevation[k + 1] - elevation[k]),
-            bearing[k] + part[n] * (bearing[k + 1] - bearing[k]), spreads.slopes, axes,
+            ray_north[n], ray_east[n], down[n], elevation[k] + fraction[n] * (elevation[k + 1] - elevation[k]),
+            bearing[k] + fraction[n] * (bearing[k + 1] - bearing[k]), spreads.slopes, axes,
         )  # fmt: skip
         common_gain = element_gain(element, min(w[n] + 2 * sw, 1.0) + 1e-12) * amplitude[n]
         x, y = distance_to_interval(u[n], u_max[n], 0.0), distance_to_interval(v[n], v_max[n], 0.0)
@@ -244,11 +269,11 @@ def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _between_nodes(value: Floats, node: Floats, part: Floats, result: Floats, size: int) -> None:
-    """Values of a batch between nodes: the number of the node before each, and the part of the way to the next."""
+def _between_nodes(value: Floats, node: Floats, fraction: Floats, result: Floats, size: int) -> None:
+    """Interpolate values at nodes for a batch, by the index of the node before and the fraction of the step."""
     for n in range(size):
         row = np.uint32(np.int32(node[n]))
-        result[n] = value[row] + part[n] * (value[row + np.uint32(1)] - value[row])
+        result[n] = value[row] + fraction[n] * (value[row + np.uint32(1)] - value[row])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -257,20 +282,25 @@ def _one_way_envelope(end: EnvelopeEnd, workspace: Floats, has_radius: bool, siz
 
     Args:
         end: That end.
-        workspace: Memory of the batch: north and east of the positions, radius about each [m], and the envelope at
-            which no further family is evaluated.
-        has_radius: True if anything around them is requested.
-        size: Positions of the batch.
+        workspace: Rows of the batch: north and east of the positions, radius about each [m], and the envelope at which
+            no further family is evaluated.
+        has_radius: True if any radius is above 0.
+        size: Number of positions in the batch.
     """
     _, sines, _, _, beam, spreads = end
     _locate(end, workspace, has_radius, size)
-    node, part, down, result = _row(workspace, 6), _row(workspace, 7), _row(workspace, 12), _row(workspace, _RESULT)
+    node, fraction, down, result = (
+        _row(workspace, _NODE),
+        _row(workspace, _FRACTION),
+        _row(workspace, _DOWN),
+        _row(workspace, _RESULT),
+    )
     amplitude, still = _row(workspace, _AMPLITUDE), spreads.amplitude.shape[1] == 0
     result[:size], amplitude[:size] = 0.0, 1.0
     for family in range(sines.shape[0]):
-        _between_nodes(sines[family], node, part, down, size)
+        _between_nodes(sines[family], node, fraction, down, size)
         if not still:
-            _between_nodes(spreads.amplitude[family], node, part, amplitude, size)
+            _between_nodes(spreads.amplitude[family], node, fraction, amplitude, size)
         _direction_cosines(beam[0], workspace, has_radius, size)
         if spreads.glints[family]:
             _add_glint_envelope(end, family, workspace, size)
@@ -284,7 +314,7 @@ def _one_way_envelope(end: EnvelopeEnd, workspace: Floats, has_radius: bool, siz
 def _two_way(
     transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, workspace: Floats, has_radius: bool, size: int
 ) -> None:
-    """Envelope of the two-way gain near the positions of a batch, as `_one_way_envelope` has that of one way."""
+    """Envelope of the two-way pressure gain near the positions of a batch into `_RESULT`, see `_one_way_envelope`."""
     sufficient, result, once = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _ROWS)
     if same_beams:
         for n in range(size):
@@ -304,7 +334,7 @@ def _two_way(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _load_batch(position: Floats, radius: Floats, first: int, workspace: Floats) -> tuple[bool, int]:
-    """Load the next positions into a batch; returns whether any has a radius, and their number."""
+    """Load the next positions into a batch; return True if any has a radius, and their number."""
     size, has_radius = min(BATCH, radius.size - first), False
     for n in range(size):
         workspace[_NORTH * BATCH + n], workspace[_EAST * BATCH + n] = position[first + n, 0], position[first + n, 1]
@@ -317,7 +347,7 @@ def _load_batch(position: Floats, radius: Floats, first: int, workspace: Floats)
 def two_way_envelope(
     transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, position: Floats, radius: Floats, result: Floats
 ) -> None:
-    """Largest envelope of the two-way gain within a radius of each position, into result (n,) [1].
+    """Fill the largest envelope of the two-way pressure gain within a radius of each position.
 
     Args:
         transmit: Transmitting end.
@@ -325,7 +355,7 @@ def two_way_envelope(
         same_beams: True if these are the same.
         position: Positions (north, east) [m], shape (n, 2).
         radius: Radius around each position within which the largest value is given [m], shape (n,).
-        result: Result.
+        result: Result [1], shape (n,).
     """
     workspace = np.empty((_ROWS + 1) * BATCH)
     for first in range(0, result.size, BATCH):
@@ -338,15 +368,15 @@ def two_way_envelope(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats, result: Floats) -> None:
-    """Envelope of the two-way gain re that above which all scatterers are kept, into gain (n,) [1].
+    """Fill the envelope of the two-way pressure gain re that above which all scatterers are kept.
 
     Args:
-        gains: Both ends, whether they are the same, the gain above which all are kept at the nodes of distance, the
-            distance of the last node [m], north and east of where distances are counted from [m], and the least gain
-            that others are compared with. Where it is reached no stronger family is looked for.
+        gains: Both ends; True if they are the same; gain above which all are kept, at nodes of distance [1]; distance
+            of the last node [m]; north and east from where distances are counted [m]; least value of that gain [1].
+            No further family is evaluated where the gain reaches that above which all are kept.
         position: See `two_way_envelope`.
         radius: See `two_way_envelope`.
-        result: Result.
+        result: Result [1], shape (n,).
     """
     transmit, receive, same_beams, threshold_at_nodes, last, midpoint, weakest = gains
     workspace, threshold = np.empty((_ROWS + 1) * BATCH), np.empty(BATCH)
@@ -372,7 +402,7 @@ def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _interpolate_nodes(value: Floats, among: float) -> float:
-    """Value interpolated between nodes, at a position among them as from `_node`."""
+    """Value interpolated between nodes, at a fractional index from `_node`."""
     row = np.uint32(min(np.int32(among), np.int32(value.size - 2)))
     return value[row] + (among - row) * (value[row + np.uint32(1)] - value[row])
 
@@ -382,21 +412,21 @@ def max_two_way_gain(
     transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, distance: Floats, midpoint: Floats, axes: Floats,
     sectors: Floats, halvings: int, close: float, best: Floats,
 ) -> None:  # fmt: skip
-    """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1].
+    """Fill the largest envelope of the two-way pressure gain over all bearings at some distances.
 
-    Sectors that may hold a stronger position than was found are halved.
+    Sectors that may hold a stronger position than those evaluated are halved.
 
     Args:
         transmit: See `two_way_envelope`.
         receive: See `two_way_envelope`.
         same_beams: See `two_way_envelope`.
         distance: Distances [m], shape (n,).
-        midpoint: North and east of where they are counted from [m], shape (2,).
+        midpoint: North and east from where they are counted [m], shape (2,).
         axes: Bearings where the positions of largest gain are likely to lie [rad].
         sectors: Bearings of the middles of equal sectors all round [rad].
         halvings: Largest number of halvings of a sector.
         close: Ratio to which the largest gain is found [1].
-        best: Result.
+        best: Result [1], shape (n,).
     """
     node, bearing = np.arange(distance.size).repeat(axes.size), np.empty(distance.size * axes.size)
     for n in range(bearing.size):
@@ -429,7 +459,7 @@ def _raise_best(
     transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, distance: Floats, midpoint: Floats, node: Integers,
     bearing: Floats, best: Floats,
 ) -> Floats:  # fmt: skip
-    """Raise the best at some nodes to the gain in some bearings there; returns these positions."""
+    """Raise the best at some nodes of distance to the gain at some bearings there; return these positions."""
     position, result = np.empty((node.size, 2)), np.empty(node.size)
     for n in range(node.size):
         position[n, 0] = midpoint[0] + distance[node[n]] * math.cos(bearing[n])

@@ -12,10 +12,10 @@ from insonify.sonar.beam_kernels import BeamMajorants, array_cosines, cosine_bou
 Floats = NDArray[np.float64]
 
 MIXTURE_DEVIATIONS = (0.5, 1.32)
-"""Standard deviations of the two normal distributions that make up one of slopes in equal parts, over that of the whole
-[1]: a sharper peak and longer tails than a normal distribution has."""
+"""Standard deviations of two normal distributions, re that of the slopes [1]: the slopes' density is the mean of both,
+with a sharper peak and longer tails than a normal distribution."""
 ROWS_PER_SPREAD_ROW = 4
-"""Rows of a beam's table for each row of a spread one."""
+"""Number of rows of a beam's table for each row of a table of spread gain."""
 MIN_SPREAD_ROWS = 8.0
 """Least spread that is tabulated, in rows of the beam's table: a quarter of a lobe."""
 MAX_SPREAD = 0.7
@@ -50,13 +50,13 @@ def pattern_with_spread(table: Floats, unspread: float, per_unit: float, x: floa
         return unspread
     index = min(x * (per_unit / ROWS_PER_SPREAD_ROW), table.shape[1] - 1.0)
     row = min(int(index), table.shape[1] - 2)
-    part, times = index - row, spread * (per_unit / MIN_SPREAD_ROWS)
+    fraction, times = index - row, spread * (per_unit / MIN_SPREAD_ROWS)
     if times <= 1.0:
-        return unspread + times * (table[0, row] + part * (table[0, row + 1] - table[0, row]) - unspread)
+        return unspread + times * (table[0, row] + fraction * (table[0, row + 1] - table[0, row]) - unspread)
     octave = min(math.log2(times), table.shape[0] - 1.0)
     i = min(int(octave), table.shape[0] - 2)
-    low = table[i, row] + part * (table[i, row + 1] - table[i, row])
-    high = table[i + 1, row] + part * (table[i + 1, row + 1] - table[i + 1, row])
+    low = table[i, row] + fraction * (table[i, row + 1] - table[i, row])
+    high = table[i + 1, row] + fraction * (table[i + 1, row + 1] - table[i + 1, row])
     return low + (octave - i) * (high - low)
 
 
@@ -70,14 +70,14 @@ def cosine_spreads(
     Args:
         ray_north: North component of the horizontal unit vector to the far end of the leg [1].
         ray_east: East component [1].
-        down: Downward component of the departure off a calm boundary [1].
+        down: Downward component of the departure for a calm boundary [1].
         elevation_change: See `GlintStatistics` [rad].
         bearing_change: See `GlintStatistics` [rad].
         slope_covariance: See `GlintStatistics`, shape (3,).
         axes: Boresight, right and down of the array in the world, as rows, shape (3, 3).
 
     Returns:
-        Deviations of the cosines to the right and down, and of that to boresight.
+        Deviations of the cosines to the right, down and to boresight.
     """
     horizontal = math.sqrt(max(1.0 - down * down, 0.0))
     north_north, mixed, east_east = slope_covariance[0], slope_covariance[1], slope_covariance[2]
@@ -99,10 +99,10 @@ def glint_bounds(
     direction: Floats, margin: Floats, horizontal: Floats, statistics: GlintStatistics, beams: BeamMajorants,
     out: Floats,
 ) -> None:  # fmt: skip
-    """Upper bound of the magnitudes of all beams at the glints to n neighbourhoods, out to some standard deviations.
+    """Fill upper bounds of the pressure patterns of all beams at the glints to n neighbourhoods.
 
     Args:
-        direction: Unit vectors of departure off a calm boundary, shape (n, 3).
+        direction: Unit vectors of departure for a calm boundary, shape (n, 3).
         margin: Half angles of the cones in which rays to the neighbourhoods leave about them [rad], shape (n,).
         horizontal: Horizontal unit vectors to the neighbourhoods, shape (n, 2).
         statistics: Spread of the glints.

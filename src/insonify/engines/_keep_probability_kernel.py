@@ -18,15 +18,15 @@ class GainBounds(NamedTuple):
     """Upper bounds of the gain over n tiles."""
 
     density: Floats
-    """Fraction of the scatterers that fills the sonar's cells: tile scales come in powers of two, shape (n,)."""
+    """Fraction of each tile's scatterers that fills the sonar's cells [1], shape (n,): scales are powers of two."""
     tile_gain: Floats
-    """Largest gain anywhere in each, re that above which all are kept, shape (n,)."""
+    """Largest two-way pressure gain anywhere in each tile, re that above which all scatterers are kept [1], (n,)."""
     centre_gain: Floats
-    """Gain in the middle of each, re that above which all are kept, shape (n,)."""
+    """Two-way pressure gain in the middle of each tile, re that above which all scatterers are kept [1], (n,)."""
     row: Integers
-    """Row in `parts` of each, -1 for one with few scatterers that is evaluated as a whole, shape (n,)."""
+    """Row of each tile in `part_gains`, -1 for one with few scatterers that is evaluated as a whole, shape (n,)."""
     part_gains: Floats
-    """The largest gain in each part of some tiles, shape (any, PARTS, PARTS)."""
+    """Largest gain in each part of some tiles, re the same [1], shape (any, PARTS, PARTS)."""
 
     def take(self, rows: slice) -> "GainBounds":
         """Bounds of some tiles."""
@@ -37,14 +37,20 @@ class GainBounds(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def keep_probability_of(gain: float, linear_below: float, min_probability: float) -> float:
-    """Keep probability of the scatterers, by the gain re that above which all are [1]."""
+    """Keep probability of scatterers [1].
+
+    Args:
+        gain: Two-way pressure gain re that above which all scatterers are kept [1].
+        linear_below: Gain below which the probability is proportional to it instead of its square [1].
+        min_probability: Smallest keep probability [1].
+    """
     gain = min(gain, 1.0)  # where nothing else arrives, the ratio has no upper bound
     return min(max(gain * gain, linear_below * gain, min_probability), 1.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def keep_probabilities(gain: Floats, linear_below: float, min_probability: float, probability: Floats) -> None:
-    """Keep probabilities of the scatterers where gains are so large, re that above which all are, into probability."""
+    """Fill keep probabilities of scatterers by their gains; arguments are those of `keep_probability_of`, (n,)."""
     for n in range(gain.size):
         probability[n] = keep_probability_of(gain[n], linear_below, min_probability)
 
@@ -53,16 +59,16 @@ def keep_probabilities(gain: Floats, linear_below: float, min_probability: float
 def grid_positions(
     scale: Integers, along: Integers, across: Integers, rows: Integers, part: Floats, frame: GridFrame, position: Floats
 ) -> None:
-    """North and east at the same parts of the sides of some tiles [m], into there (rows * parts * parts, 2).
+    """Fill north and east of a square lattice of positions in each of some tiles.
 
     Args:
         scale: Scale of each tile, shape (tiles,).
         along: Number of each along the scatterer grid's first axis, shape (tiles,).
-        across: Along its second, shape (tiles,).
-        rows: Rows of the requested tiles.
-        part: Parts of their sides [1].
+        across: Number of each along its second axis, shape (tiles,).
+        rows: Rows of the requested tiles, shape (m,).
+        part: Positions along both sides of a tile, re its side [1], shape (k,).
         frame: Frame of the scatterer grid.
-        position: Result.
+        position: Result [m], shape (m k^2, 2).
     """
     north, east, c, s = frame
     n = 0
@@ -82,9 +88,12 @@ def classify_tiles(tile_gain: Floats, centre_gain: Floats, row: Integers, peak: 
 
     Args:
         tile_gain: Largest gain anywhere in each tile, re that above which all scatterers are kept, shape (tiles,).
-        centre_gain: Gain in its middle, shape (tiles,).
-        row: -1 for one that is evaluated as a whole, shape (tiles,).
+        centre_gain: Gain in its middle, re the same, shape (tiles,).
+        row: -1 for a tile that is evaluated as a whole, shape (tiles,).
         peak: Gain in the middle of a tile re its largest, above which the tile counts as uniform [1].
+
+    Returns:
+        Rows of the tiles of either kind.
     """
     by_part, nonuniform = np.empty((2, tile_gain.size), np.int64)
     m = n = 0
@@ -101,14 +110,14 @@ def interpolate_corner_gains(
     bounds: GainBounds, by_part: Integers, at_parts: Floats, nonuniform: Integers, at_ends: Floats, corner: Floats,
     largest: Floats,
 ) -> None:  # fmt: skip
-    """Gains at the corners of all parts of some tiles, and the largest gain in each part.
+    """Fill gains at the corners of all parts of some tiles, and the largest gain in each part.
 
     Args:
         bounds: Upper bounds of the gain over the tiles.
-        by_part: As returned by `classify_tiles`.
-        at_parts: Gain at the corners of their parts, shape (many * (PARTS + 1)**2,).
-        nonuniform: As returned by `classify_tiles`.
-        at_ends: Gain at the corners of these tiles, shape (odd * 4,).
+        by_part: First result of `classify_tiles`, shape (m,).
+        at_parts: Gain at the corners of their parts, shape (m * (PARTS + 1)**2,).
+        nonuniform: Second result of `classify_tiles`, shape (k,).
+        at_ends: Gain at the corners of these tiles, shape (4 k,).
         corner: Result, shape (tiles, PARTS + 1, PARTS + 1).
         largest: Result, shape (tiles, PARTS, PARTS).
     """
@@ -135,17 +144,16 @@ def find_peaked_parts(
     corner: Floats, largest: Floats, bounds: GainBounds, peak: float, linear_below: float, min_probability: float,
     is_peaked: NDArray[np.bool_], max_probability_of_part: Floats,
 ) -> None:  # fmt: skip
-    """Parts of tiles with a gain peak far above their corners, and the largest keep probability in each part.
+    """Find parts of tiles with a gain peak far above their corners; fill the largest keep probability of each part.
 
     Args:
         corner: Gains re that above which all scatterers are kept, shape (tiles, PARTS + 1, PARTS + 1).
         largest: Largest gain in each part, or in the tile, shape (tiles, PARTS, PARTS).
-        bounds: Upper bounds of the gain over the tiles; of those evaluated as a whole, the corners and the position of
-            largest gain of all are given.
-        peak: Largest corner re the position of largest gain below which it is [1].
+        bounds: Upper bounds of the gain over the tiles; a tile evaluated as a whole has one peak or none in all parts.
+        peak: Largest gain at a corner, re the largest gain of the part, below which the part has a peak [1].
         linear_below: See `keep_probability_of`.
         min_probability: See `keep_probability_of`.
-        is_peaked: Result, shape (tiles, PARTS, PARTS).
+        is_peaked: Result, True for such parts, shape (tiles, PARTS, PARTS).
         max_probability_of_part: Result, shape (tiles, PARTS, PARTS): the keep probability at the position of largest
             gain, or at the largest corner in parts without a gain peak.
     """
@@ -162,6 +170,6 @@ def find_peaked_parts(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _max_corner_gain(corner: Floats, i: int, j: int, step: int) -> float:
-    """Largest of the gains at the corners of a square whose sides are `step` nodes long and that starts at (i, j)."""
+    """Largest gain at the corners of the square from node (i, j) to node (i + step, j + step)."""
     low, high = max(corner[i, j], corner[i, j + step]), max(corner[i + step, j], corner[i + step, j + step])
     return max(low, high)

@@ -16,19 +16,19 @@ def assign_priorities(
     position: Floats, north: float, east: float, edges: Floats, first: NDArray[np.uint8],
     scatterer_id: NDArray[np.uint64], key: np.uint64, range_bin: NDArray[np.uint8], priority: NDArray[np.float32],
 ) -> tuple[int, int]:  # fmt: skip
-    """The number of each position, and the range bin that it lies in, the last for those beyond.
+    """Fill the priority of each position, and the range bin in which it lies, the last for those beyond.
 
     Args:
         position: North, east and any further coordinates of the positions [m], (n, 2 or more).
-        north: Where distances are counted from [m].
-        east: The same to the east [m].
-        edges: Edges of the range bins, growing from 0 [m], (range bins + 1,).
-        first: Range bin that each of many even parts of the distance up to the last edge begins in, (parts,); no part
+        north: North of the position from which distances are counted [m].
+        east: East of that position [m].
+        edges: Edges of the range bins, increasing from 0 [m], (range bins + 1,).
+        first: Range bin in which each of many even parts of the distance up to the last edge begins, (parts,); no part
             is longer than a range bin.
-        scatterer_id: Keys of the positions, (n,).
+        scatterer_id: Scatterer ids, (n,).
         key: Key of the draw, any word.
         range_bin: Result, (n,).
-        priority: Result, 0 to 1, (n,).
+        priority: Result, from 0 to below 1 [1], (n,).
 
     Returns:
         The least and the greatest range bin.
@@ -57,9 +57,9 @@ def mark_sampled_families(
 
     Args:
         priority: Priorities of the positions, (n,).
-        range_bin: Bin of distance of each position, (n,).
-        keep_probability: Largest keep probability of the pairs of a family, (f, range bins).
-        needed: Result, (f, n).
+        range_bin: Range bin of each position, (n,).
+        keep_probability: Largest keep probability of the pairs of each family [1], (f, range bins).
+        needed: Result, True for such scatterers, (f, n).
     """
     for i in range(keep_probability.shape[0]):
         for n in range(priority.size):

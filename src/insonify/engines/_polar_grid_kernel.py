@@ -1,4 +1,4 @@
-"""Points of rings and sectors about a sonar, sampled evenly. Plain numbers and arrays only."""
+"""Quadrature points in rings of slant range and sectors of azimuth about a sonar. Plain numbers and arrays only."""
 
 import math
 
@@ -30,17 +30,17 @@ def piece_edges(
     tiles: Integers, shape: tuple[int, int, int], slant: float, height: float, nearest: float, azimuth: float,
     origin: tuple[float, float, float], position: Floats,
 ) -> None:  # fmt: skip
-    """Ends of the pieces of tiles in the middle of each sector, north and east [m], into position.
+    """Fill north and east of the inner and outer ends of the pieces of tiles, in the middle of each sector.
 
     Args:
-        tiles: Row of rings and of sectors of each, (tiles, 2).
-        shape: Rings of a tile, pieces that they are cut into, sectors of a tile.
+        tiles: Index of each tile in slant range and in azimuth, (tiles, 2).
+        shape: Number of rings of a tile, of pieces into which they are divided, and of sectors of a tile.
         slant: Slant range from ring to ring [m].
         height: Height of the sonar above the boundary [m].
         nearest: Least slant range of an end [m].
         azimuth: Angle from sector to sector [rad].
         origin: North and east of the sonar [m], bearing of the first sector [rad].
-        position: Result, (tiles * (pieces + 1) * sectors, 2).
+        position: Result [m], (tiles * (pieces + 1) * sectors, 2).
     """
     rings, pieces, sectors = shape
     rings_per_piece, n = rings / pieces, 0
@@ -60,18 +60,18 @@ def kept_points(
     tiles: Integers, keep_probability: Floats, rings: int, slant: float, height: float, azimuth: float,
     origin: tuple[float, float, float], position: Floats, area: Floats, key: NDArray[np.uint64],
 ) -> int:  # fmt: skip
-    """Points of the cells with a priority below the keep probability of their piece; returns their number.
+    """Fill points of the cells with a priority below the keep probability of their piece; return their number.
 
     Args:
         tiles: See `piece_edges`.
-        keep_probability: Part of the cells of each piece that is kept [1], (tiles, pieces, sectors).
-        rings: Rings of a tile.
+        keep_probability: Fraction of the cells of each piece that is kept [1], (tiles, pieces, sectors).
+        rings: Number of rings of a tile.
         slant: See `piece_edges`.
         height: See `piece_edges`.
         azimuth: See `piece_edges`.
         origin: See `piece_edges`.
         position: Result, north and east [m], (at least all, 2).
-        area: Result, ground that each represents, with that of cells left out beside it [m^2].
+        area: Result, area that each represents: that of its cell over the keep probability [m^2].
         key: Result, numbers of ring and sector packed in 64 bits.
     """
     pieces, sectors = keep_probability.shape[1], keep_probability.shape[2]

@@ -1,4 +1,7 @@
-"""Bounds of the two-way gain towards patches of the seabed, and radials that follow. Plain numbers and arrays only."""
+"""Bounds of the two-way pressure gain towards patches of a boundary, and the radials that follow from them.
+
+Plain numbers and arrays only.
+"""
 
 import math
 from typing import NamedTuple
@@ -14,9 +17,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 BEARINGS_PER_PATCH = 5
-"""Bearings at which a patch of ground is looked at, from edge to edge."""
+"""Number of bearings at which a patch of the boundary is evaluated, from edge to edge."""
 DISTANCES_PER_PATCH = 3
-"""Distances at which it is looked at, from edge to edge."""
+"""Number of distances at which it is evaluated, from edge to edge."""
 
 
 class PatchRays(NamedTuple):
@@ -34,9 +37,10 @@ class RadialZones(NamedTuple):
     """Zones of horizontal distance, from the outermost inwards, and straight rays to them by f families."""
 
     distances: Floats
-    """Inner and outer edge of each [m], (z, 2)."""
+    """Inner and outer edge of each zone [m], (z, 2)."""
     over_relief: Floats
-    """The same of a zone of a level boundary that has the elevations of relief [m], (z, 2)."""
+    """Edges of the zone of the flat boundary to which rays have all elevations of rays to relief in the zone [m],
+    (z, 2)."""
     merged: Integers
     """Least number of cells of a radial, a power of 2, (z,)."""
     verticals: Floats
@@ -57,15 +61,15 @@ class RadialCells(NamedTuple):
     widest: int
     """Number of cells of a radial of low gain, a power of 2."""
     divided: int
-    """Number of cells to which it is divided where the gain is higher, a power of 2."""
+    """Number of cells of the radials into which that is divided where the gain is higher, a power of 2."""
     stride: int
-    """Steps of the frame between the samples of the widest of these radials."""
+    """Steps of the frame between the samples of the widest radials."""
     floor: float
-    """Gain below which the seabed is left out [1]."""
+    """Two-way pressure gain below which the boundary is left out [1]."""
     low_gain: float
-    """Gain below which a radial represents several cells [1]."""
+    """Two-way pressure gain below which a radial represents several cells [1]."""
     side_lobe: float
-    """Largest gain at a distance below which `low_gain` is lowered in proportion [1]."""
+    """Two-way pressure gain; where the largest at a distance is below it, `low_gain` is lowered in proportion [1]."""
 
 
 class EndBeams(NamedTuple):
@@ -99,7 +103,7 @@ def aim_rays(zone: Floats, verticals: Floats, is_odd: NDArray[np.bool_], rays: P
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def aim_bearings(bearing: float, width: float, bearings: Floats) -> None:
-    """Fill cosine and sine of the bearings at which a patch is looked at, (2, `BEARINGS_PER_PATCH`).
+    """Fill cosine and sine of the bearings at which a patch is evaluated, (2, `BEARINGS_PER_PATCH`).
 
     Args:
         bearing: Middle of the patch in the world [rad].
@@ -113,12 +117,12 @@ def aim_bearings(bearing: float, width: float, bearings: Floats) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def patch_gain_bound(bearings: Floats, rays: PatchRays, family: int, beams: BeamMajorants) -> float:
-    """Largest that a beam can be towards a patch of ground by one family, from the spans of its direction cosines.
+    """Upper bound of a beam's pressure pattern towards a patch by one family, from spans of direction cosines [1].
 
     Args:
         bearings: See `aim_bearings`.
         rays: Rays to the zone of the patch.
-        family: Number of the family.
+        family: Row of the family.
         beams: The beams.
     """
     u_min = v_min = np.inf
@@ -139,7 +143,7 @@ def patch_gain_bounds(
     bearing: Floats, width: float, zone: tuple[float, float], verticals: Floats, odd: NDArray[np.bool_],
     beams: BeamMajorants, out: Floats,
 ) -> None:  # fmt: skip
-    """Bounds of the gain of one end over all families towards some patches.
+    """Fill bounds of the pressure pattern of one end over all families towards some patches.
 
     Args:
         bearing: Middle of each patch in the world [rad], (n,).
@@ -172,7 +176,7 @@ def empty_rays(families: int) -> PatchRays:
 def two_way_bounds(
     bearings: Floats, patches: Integers, rays: PatchRays, ends: EndBeams, sufficient: float, gain: Floats
 ) -> None:
-    """Fill upper bounds of the two-way gain towards some patches by all families.
+    """Fill upper bounds of the two-way pressure gain towards some patches by all families.
 
     Args:
         bearings: See `aim_bearings`, (any, 2, `BEARINGS_PER_PATCH`).
@@ -204,8 +208,8 @@ def lay_radials(zones: RadialZones, cells: RadialCells, ends: EndBeams, middle: 
         zones: The zones.
         cells: The cells.
         ends: Beams of both ends.
-        middle: Result, bearing of the middle of each radial [rad], (most,).
-        radials: Result, see `radial_columns`, without bearing, first sample and number, (most, 9).
+        middle: Result, bearing of the middle of each radial [rad], longer than the number of radials.
+        radials: Result, see `radial_columns`, without bearing, first sample and number, as long.
 
     Returns:
         Number of radials.
@@ -268,7 +272,7 @@ def lay_radials(zones: RadialZones, cells: RadialCells, ends: EndBeams, middle: 
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def fill_width(cells: RadialCells, first: int, width: int, radial: Floats) -> float:
-    """Fill width, beam spread and stride of a radial of some cells from a first one on; return its bearing [rad]."""
+    """Fill cell width, beam spread, stride of a radial of `width` cells from `first` on; return its bearing [rad]."""
     angle = 2 * math.pi / cells.whole_circle
     radial[column.CELL_WIDTH] = width * angle
     radial[column.BEAM_SPREAD] = width * angle if width >= cells.divided else 0.0
@@ -278,7 +282,7 @@ def fill_width(cells: RadialCells, first: int, width: int, radial: Floats) -> fl
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def aim_cells(cells: RadialCells, first: int, width: int, bearings: Floats) -> None:
-    """`aim_bearings` of some cells from a first one on."""
+    """`aim_bearings` for a patch of `width` cells from cell `first` on."""
     angle = 2 * math.pi / cells.whole_circle
     aim_bearings(cells.boresight + (first + width / 2) * angle, width * angle, bearings)
 
@@ -287,7 +291,7 @@ def aim_cells(cells: RadialCells, first: int, width: int, bearings: Floats) -> N
 def largest_gain(
     bearings: Floats, patches: Integers, rays: PatchRays, ends: EndBeams, sufficient: float, gain: Floats
 ) -> float:
-    """Largest of `two_way_bounds` [1], of whose arguments the last is changed."""
+    """Largest of the `two_way_bounds` [1]; arguments are those of that function, `gain` a working array."""
     two_way_bounds(bearings, patches, rays, ends, sufficient, gain)
     largest = 0.0
     for n in range(patches.size):

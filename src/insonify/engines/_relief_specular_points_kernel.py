@@ -40,7 +40,7 @@ GRAZING_SINE, DEPTH, SECANT = 9, 10, 11
 BLOCK_NODES = 4
 """Side of the blocks of nodes that are searched for changes of sign together [1]."""
 ROOT_NEIGHBOURHOOD = 0.01
-"""Distance from a stationary point already found, below which Newton's method stops: it would find that point again
+"""Distance from an earlier stationary point below which Newton's method stops, since it converges to that point
 [node spacings]."""
 NEWTON_STEPS = 8
 """Largest number of Newton steps to a stationary point [1]."""
@@ -177,7 +177,7 @@ def _second_derivatives(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds) -> tuple[float, ...]:
-    """Path between both ends by the point of the terrain at a position [m]: columns from `LENGTH` to `SECANT`."""
+    """Path between both ends by the point of the terrain at a position [m]: the columns `LENGTH` to `SECANT`."""
     depth, north1, east1, north2, both, east2 = depth_derivatives(north, east, terrain)
     length = total_north = total_east = down = plane_nn = plane_ne = plane_ee = 0.0
     for number in range(2):
@@ -304,7 +304,7 @@ def nodes_of_sign_changes(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends: PathEnds, gradient: Floats) -> None:
-    """Gradient of the length of the path between two ends by each node of the terrain's lattice.
+    """Fill the gradient of the length of the path between two ends by each node of the terrain's lattice.
 
     Args:
         depth: Depth at the nodes of `terrain.coefficients` [m], (a, b).
@@ -320,10 +320,10 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
     if not is_homogeneous:
         north, last_east = terrain.north + margin * terrain.step, first_east + (shape[1] - 1) * terrain.step
         square = north, north + (shape[0] - 1) * terrain.step, first_east, last_east
-        part = depth[terrain.row + margin : terrain.row + margin + shape[0], first : first + shape[1]]
-        span = part.min(), part.max()
-        table = slowness_table(ends.begin, square, span, part.size, ends.water)
-        tables = (table, table if once else slowness_table(ends.stop, square, span, part.size, ends.water))
+        searched = depth[terrain.row + margin : terrain.row + margin + shape[0], first : first + shape[1]]
+        span = searched.min(), searched.max()
+        table = slowness_table(ends.begin, square, span, searched.size, ends.water)
+        tables = (table, table if once else slowness_table(ends.stop, square, span, searched.size, ends.water))
     for i in range(shape[0]):
         a, path_gradient[:] = i + margin, 0
         row, north = depth[terrain.row + a, first : first + shape[1]], terrain.north + a * terrain.step
@@ -343,9 +343,17 @@ def _add_refracted_gradients(
     depth: Floats, north: float, first_east: float, step: float, end: Floats, water: SurfaceWater,
     table: SlownessTable, path_gradient: Floats,
 ) -> None:  # fmt: skip
-    """Add the gradients of refracted paths from an end to a row of nodes, by north, east and depth [1], (3, n).
+    """Add the gradients of refracted paths from an end to a row of nodes to the first three rows of `path_gradient`.
 
-    The last two rows of `path_gradient` are work arrays.
+    Args:
+        depth: Depths of the nodes [m], (n,).
+        north: North of the row [m].
+        first_east: East of its first node [m].
+        step: Node spacing [m].
+        end: North, east, depth of the end [m], (3,).
+        water: The water.
+        table: Rays from the end.
+        path_gradient: Changed: derivatives by north, east and depth [1], and two rows of working memory, (5, n).
     """
     by_north, by_east, by_depth, per_distance, speed = path_gradient
     x, first, reference = north - end[0], first_east - end[1], water.speed[0]
@@ -500,8 +508,8 @@ def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds) ->
             if is_far and not (is_last or (is_early and is_close)):
                 break
             size = math.hypot(step_north, step_east)
-            part = step / size if is_early and size > step else 1.0  # starts near a caustic need more than one step
-            next_north, next_east = north + part * step_north, east + part * step_east
+            scale = step / size if is_early and size > step else 1.0  # starts near a caustic need more than one step
+            next_north, next_east = north + scale * step_north, east + scale * step_east
             # at a fixed point, further steps would not move it either
             if is_last or (not is_far and next_north == north and next_east == east):
                 converged[n] = math.hypot(g, h) < 1e-7

@@ -16,7 +16,7 @@ GridFrame = tuple[float, float, float, float]
 
 
 class ResolutionCell(NamedTuple):
-    """Size of a resolution cell, and its number of scatterers: the columns of `resolution.Resolution`."""
+    """Size of a resolution cell, and its number of scatterers, see `resolution.Resolution`."""
 
     slant: float
     width: float
@@ -33,11 +33,11 @@ class ReceivableArea(NamedTuple):
     receiver: Floats
     """Grid coordinates of the receiver [m], (2,)."""
     nearest: float
-    """Distance from the transmitter from which on something is received [m]."""
+    """Least horizontal distance from the transmitter from which echoes are received [m]."""
     farthest: float
-    """Distance from the transmitter up to which something is received [m]."""
+    """Greatest horizontal distance from the transmitter from which echoes are received [m]."""
     longest_path: float
-    """Longest path from one end by a position to the other that is received [m]."""
+    """Longest path from transmitter by a position to the receiver that is received [m]."""
 
 
 MAX_ELONGATION = 6.0
@@ -48,7 +48,7 @@ are counted as if by chance. With 5 points in cells that are 200 times as wide a
 to 2.10, where jittered squares shorter than the cell have 1.93 to 1.96.
 """
 MAX_CELL_LENGTH_RATIO = 0.05
-"""Longest cell of slant range, as a part of the slant range [1]."""
+"""Longest resolution cell along slant range, re the slant range [1]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -69,21 +69,21 @@ def _cell(cell: ResolutionCell, distance: float, height: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def ground(cell: ResolutionCell, distance: Floats, height: float, result: Floats) -> None:
-    """Length of a resolution cell on the seabed [m] at some distances [m], into result (n,)."""
+    """Fill lengths of a resolution cell on the seabed at some horizontal distances [m], (n,)."""
     for n in range(distance.size):
         result[n] = _ground(cell, distance[n], height)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cell_areas(cell: ResolutionCell, distance: Floats, height: float, result: Floats) -> None:
-    """Largest area that one scatterer may represent [m^2] at some distances [m], into result (n,)."""
+    """Fill the largest areas that one scatterer may represent [m^2] at some horizontal distances [m], (n,)."""
     for n in range(distance.size):
         result[n] = _cell(cell, distance[n], height)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _extremum_distances(cell: ResolutionCell, height: float) -> tuple[float, float, float]:
-    """Distances at which a cell may be least [m].
+    """Distances at which the area or length of a resolution cell may have a minimum [m].
 
     With slant range R at distance d, the area goes as R^2 / d where the range cell is the pulse's, and as R^3 / d where
     it is the longest, its length then as R^2 / d; between a least range cell and the longest one there is a kink.
@@ -94,7 +94,7 @@ def _extremum_distances(cell: ResolutionCell, height: float) -> tuple[float, flo
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def finest(cell: ResolutionCell, nearest: Floats, farthest: Floats, height: float, result: Floats) -> None:
-    """Smallest cell between two distances [m^2], into result (n,); see `Resolution.finest`."""
+    """Fill the least areas that one scatterer may represent [m^2] between two distances [m], (n,)."""
     extremum_distances = _extremum_distances(cell, height)
     for n in range(nearest.size):
         min_area = min(_cell(cell, nearest[n], height), _cell(cell, farthest[n], height))
@@ -105,7 +105,7 @@ def finest(cell: ResolutionCell, nearest: Floats, farthest: Floats, height: floa
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def min_ground_lengths(cell: ResolutionCell, nearest: Floats, farthest: Floats, height: float, result: Floats) -> None:
-    """Least length of a resolution cell on the seabed [m] between two distances [m], into result (n,)."""
+    """Fill the least lengths of a resolution cell on the seabed between two distances [m], (n,)."""
     extremum_distances = _extremum_distances(cell, height)
     for n in range(nearest.size):
         min_length = min(_ground(cell, nearest[n], height), _ground(cell, farthest[n], height))
@@ -118,16 +118,16 @@ def min_ground_lengths(cell: ResolutionCell, nearest: Floats, farthest: Floats, 
 def tile_distance_bounds(
     centre: Floats, half: Floats, away: Floats, outermost: Floats, wander: float, nearest: Floats, farthest: Floats
 ) -> None:
-    """Least and greatest distance of tiles from a track [m], into nearest and farthest (n,).
+    """Fill least and greatest distances of tiles from a track.
 
     Args:
-        centre: Centre of each in grid coordinates [m], shape (n, 2).
-        half: Half its diagonal [m], shape (n,).
+        centre: Centre of each tile in grid coordinates [m], shape (n, 2).
+        half: Half of its diagonal [m], shape (n,).
         away: Distance of its centre from the polyline that represents the track [m], shape (n,).
-        outermost: Corners of that that may be the farthest [m], shape (m, 2).
+        outermost: Corners of the polyline that may be the farthest point of it [m], shape (m, 2).
         wander: Largest distance between the track and its polyline [m].
-        nearest: Result.
-        farthest: Result.
+        nearest: Result [m], shape (n,).
+        farthest: Result [m], shape (n,).
     """
     for n in range(half.size):
         max_distance = 0.0
@@ -144,7 +144,7 @@ def _distance(x: float, y: float, point: Floats) -> float:
 
 @njit(cache=True, nogil=True)
 def tiles_between(low: Integers, high: Integers, along: Integers, across: Integers) -> None:
-    """Numbers of the tiles of one scale from one corner to another, row by row, into along and across (n,)."""
+    """Fill the numbers of the tiles of one scale from corner `low` to corner `high`, row by row, (n,)."""
     n = 0
     for i in range(low[0], high[0] + 1):
         for j in range(low[1], high[1] + 1):
@@ -156,16 +156,16 @@ def tiles_in_reach(
     pitch: float, along: Integers, across: Integers, area: ReceivableArea, frame: GridFrame, centre: Floats,
     centre_position: Floats,
 ) -> int:  # fmt: skip
-    """Tiles of one scale that are near enough to both ends; they move to the front, and their number is returned.
+    """Move the tiles of one scale that are near enough to both ends to the front; return their number.
 
     Args:
         pitch: Side of their cells [m].
-        along: Number of each along the scatterer grid's first axis, shape (n,).
-        across: Along its second, shape (n,).
+        along: Number of each along the scatterer grid's first axis, changed, shape (n,).
+        across: Number of each along its second axis, changed, shape (n,).
         area: Part of the boundary from which the ping receives.
         frame: Frame of the scatterer grid.
-        centre: Result, of each that is left, in grid coordinates [m], shape (n, 2).
-        centre_position: Result, the same as north and east [m].
+        centre: Result, centre of each that is left, in grid coordinates [m], shape (n, 2).
+        centre_position: Result, north and east of these centres [m], shape (n, 2).
     """
     north, east, c, s = frame
     transmitter, receiver, nearest, farthest, longest_path = area
@@ -185,7 +185,7 @@ def tiles_in_reach(
 
 @njit(cache=True, nogil=True)
 def tiles_above_floor(bound: Floats, floor: float, along: Integers, across: Integers, centre: Floats) -> int:
-    """Move the tiles whose gain may exceed a floor to the front; returns their number."""
+    """Move the tiles with a bound of the gain [1] not below a floor [1] to the front; return their number."""
     m = 0
     for n in range(bound.size):
         if bound[n] >= floor:
@@ -197,17 +197,17 @@ def tiles_above_floor(bound: Floats, floor: float, along: Integers, across: Inte
 def subdivide_tiles(
     scale: int, along: Integers, across: Integers, finest: Floats
 ) -> tuple[Integers, Integers, Floats, Integers, Integers]:
-    """Tiles of one scale that are fine enough, and those of the next finer scale that the others are cut into.
+    """Tiles of one scale that are fine enough, and the quarters of the others, which are tiles of the next finer scale.
 
     Args:
         scale: Scale of the tiles: side of a cell re BASE_PITCH, as a power of two.
         along: Number of each along the scatterer grid's first axis, shape (n,).
-        across: Along its second, shape (n,).
+        across: Number of each along its second axis, shape (n,).
         finest: Smallest area that one scatterer may represent in each [m^2], shape (n,).
 
     Returns:
-        Numbers of those that are fine enough, part of their scatterers that fills the sonar's cells [1]; numbers of
-        the others' parts.
+        Numbers along and across of those that are fine enough; fraction of their scatterers that fills the sonar's
+        cells [1]; numbers along and across of the quarters of the others.
     """
     cell_area = (BASE_PITCH * 2.0**scale) ** 2
     fine_tiles, density, m, n = np.empty((2, along.size), np.int64), np.empty(along.size), 0, 0

@@ -35,15 +35,15 @@ class SpecularPoints(NamedTuple):
     length: Floats
     """Path length, in layered water the travel time times the speed of its uppermost knot [m], shape (n,)."""
     focusing: Floats
-    """Pressure re 1 m times `length` [1], shape (n,): in water of one speed, pressure re that off the tangent plane."""
+    """Pressure re 1 m times `length` [1], shape (n,): with one sound speed, pressure re that of the tangent plane."""
     caustics: NDArray[np.uint8]
     """Caustics touched [1], shape (n,)."""
     grazing_sine: Floats
-    """Sine of the grazing angle at the ground [1], shape (n,)."""
+    """Sine of the grazing angle at the seabed [1], shape (n,)."""
     scale: Floats
-    """Length of the waves of the seabed below which they are left to the coherent loss [m], shape (n,)."""
+    """Cutoff wavelength: shorter waves of the seabed count as roughness in the coherent reflection [m], shape (n,)."""
     residual_variance: Floats
-    """Mean square of the ground that the search leaves out [m^2], shape (n,); 0 of waves, whose spectrum is known."""
+    """Variance of the heights that the search leaves out [m^2], shape (n,); 0 for waves, whose spectrum is known."""
 
 
 class FamilyRows(NamedTuple):
@@ -81,12 +81,12 @@ def write_specular_points(
 
     Args:
         positions: North, east of the stationary points [m], (m, 2).
-        exact_depth: Depth of the ground at each [m], (m,); or (0,): that of `terrain`.
+        exact_depth: Depth of the seabed at each [m], (m,); or (0,): that of `terrain`.
         terrain: Depth of the terrain.
         ends: Ends of the paths.
         wavelength: Acoustic wavelength, in layered water at the surface [m].
         reach: Step to either side of a point by which the second derivative is differenced [m].
-        result: Written, but for the roughness that is left out; n at most m.
+        result: Result, n at most m points; `scale` and `residual_variance` are not written.
     """
     points, paths, curvature, change = paths_with_curvature(positions, terrain, ends, reach)
     focusing, strength = np.empty(len(points)), np.empty(len(points))
@@ -153,18 +153,18 @@ def write_specular_legs(
     points: SpecularPoints, families: FamilyRows, ends: Floats, bottom: NDArray[np.complex128], surface: complex,
     sound_speed: float, columns: SpecularColumns,
 ) -> None:  # fmt: skip
-    """Write the legs by specular points of some families, as in water of one sound speed.
+    """Write the legs by specular points of some families, by the formulas for water of one sound speed.
 
     Args:
         points: Points of all families.
         families: The families.
-        ends: North, east, depth of both ends of the legs [m], (2, 3).
+        ends: North, east, depth of the first and the last end of the legs [m], (2, 3).
         bottom: Coherent reflection coefficient of the seabed at each point [1], (n,).
         surface: Reflection coefficient of the surface [1].
         sound_speed: Sound speed [m/s].
         columns: Written; the first row of each family has a length and its absorption.
     """
-    n, phase = 0, (1 + 0j, 1j, -1 + 0j)
+    n, phase = 0, (1 + 0j, 1j, -1 + 0j)  # by the number of caustics
     for f in range(families.first.size):
         row = families.first[f]
         per_metre = math.log(columns.absorption[row, 0]) / columns.length[row, 0]
@@ -189,7 +189,7 @@ def _write_direction(end: Floats, image: float, point: Floats, sense: float, dir
     Args:
         end: North, east, depth of the end [m], (3,).
         image: -1 where the path begins at the image of that end in the surface, otherwise 1.
-        point: North, east, depth of a point of the ground [m], (3,).
+        point: North, east, depth of a point of the seabed [m], (3,).
         sense: 1 for travel from the end to the point, -1 for the opposite.
         direction: Result [1], (3,).
     """

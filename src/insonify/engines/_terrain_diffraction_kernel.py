@@ -1,4 +1,4 @@
-"""Crests of the seabed along lines, and diffraction over them. Plain numbers and arrays only.
+"""Crests of the seabed along terrain profiles (lines), and diffraction over them. Plain numbers and arrays only.
 
 A crest is terrain that hides terrain behind it. It acts as a knife edge, with a weight that falls with the depth of the
 hollow behind it: a hollow that is shallow against a Fresnel zone causes no diffraction loss, see
@@ -30,7 +30,7 @@ Integers = NDArray[np.int64]
 Rows = NDArray[np.int32]
 
 MAX_CRESTS = 4
-"""Largest number of crests before a point that are evaluated, from the last one back towards the sonar."""
+"""Largest number of crests before a point that are evaluated, from the last one back towards the sonar [1]."""
 
 CREST = np.dtype(
     [("sample", "i4"), ("launch_slope", "f4"), ("trough_depth", "f4"), ("negligible_beyond", "f4")],
@@ -58,7 +58,7 @@ class LaunchHorizon(NamedTuple):
     horizon: Floats
     """Smallest launch slope up to each sample; of rays that rise, largest from it on [1], shape (lines, samples)."""
     last_crest: Rows
-    """Number of the last crest up to each sample, -1 for none, shape (lines, samples)."""
+    """Index in `crests` of the last crest up to each sample, -1 for none, shape (lines, samples)."""
     crests: NDArray[Any]
     """Crests, dtype `CREST`, in the order in which the profile is processed, shape (lines, crests)."""
 
@@ -80,14 +80,14 @@ class LineRays(NamedTuple):
     visible: NDArray[np.bool_]
     """False where the seabed hides the point, (n,); set, or read, as the function states."""
     diffraction_factor: Complexes
-    """Product of the diffraction factors of crests on the pressure [1], (n,); multiplied in place."""
+    """Factor of diffraction over crests on the one-way pressure [1], (n,); multiplied in place."""
 
 
 class CrestRay(NamedTuple):
     """One ray that passes crests."""
 
     line: int
-    """Line that it follows."""
+    """Index of the line that it follows."""
     point: int
     """Index of the point that it reaches."""
     sign: float
@@ -106,7 +106,7 @@ class CrestCandidates(NamedTuple):
     columns: Floats
     """Columns from `_HEIGHT` on, one after the other, (8 * CANDIDATES,)."""
     points: Integers
-    """Index of the point that each one's ray reaches, (CANDIDATES,)."""
+    """Index of the point that the ray over each crest reaches, (CANDIDATES,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -269,7 +269,7 @@ def occlude_terrain_points(
 def diffract_over_crests(
     horizon: LaunchHorizon, step: float, rays: LineRays, reach: Floats, wavelength: float, table: Complexes
 ) -> None:
-    """Multiply `rays.diffraction_factor` by those of crests that rays pass before a point off the seabed of the lines.
+    """Multiply `rays.diffraction_factor` by those of crests that rays pass before a point that is not on the seabed.
 
     Args:
         horizon: Launch horizon along the lines.
@@ -337,7 +337,7 @@ def add_candidates(
 
     Args:
         horizon: Launch horizon along the lines.
-        last: Number of the crest nearest to the point, -1 for none; up to `MAX_CRESTS` from it back are added.
+        last: Index of the crest nearest to the point, -1 for none; up to `MAX_CRESTS` from it back are added.
         blocking_sample: Sample of terrain that cuts the ray without being a crest, -1 for none.
         ray: The ray.
         step: Distance between samples [m].

@@ -16,14 +16,14 @@ CLEAR, OCCLUDED, TERRAIN = 0, 2, -2  # the values of records.legs.LegStatus, and
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def horizon_at(line_horizon: Floats, rows: Integers, reach: Floats, points: Integers, horizon: Floats) -> None:
-    """The launch horizon of some points at a distance, infinite before the first sample.
+    """Fill the launch horizon at the distances of m of n points, infinite before the first sample.
 
     Args:
-        line_horizon: Launch horizon along lines, see `LaunchHorizon.horizon`, (s, n).
-        rows: Line of each point, (points,).
-        reach: Distance in steps of each point, (all,).
-        points: Numbers of the points, (points,).
-        horizon: Result, (all,).
+        line_horizon: Launch horizon along lines, see `LaunchHorizon.horizon` [1], (lines, samples).
+        rows: Line of each selected point, (m,).
+        reach: Distance of each point [steps], (n,).
+        points: Indices of the selected points, (m,).
+        horizon: Result [1], (n,).
     """
     last = line_horizon.shape[1] - 1
     for m in range(points.size):
@@ -40,14 +40,14 @@ def rising_rays_clear(
     """Write False for rays that rise from a bounce and reach the seabed between two distances.
 
     Args:
-        terrain_slope: Launch slope of the ray that reaches the seabed at each sample, (s, n).
-        horizon: Largest from each sample on, (s, n): most rays pass above all further samples.
-        launch_slope: Launch slopes of the rays, (all,).
-        rows: Line of each point, (points,).
-        start: Distance from which the ray is tested [steps], (all,).
-        stop: Distance at which it ends [steps], (all,).
-        points: Numbers of the points, (points,).
-        clear: Result, (all,).
+        terrain_slope: Launch slope of the ray that reaches the seabed at each sample [1], (lines, samples).
+        horizon: Largest launch slope from each sample on [1], (lines, samples): a ray above it clears all of these.
+        launch_slope: Launch slopes of the rays [1], (n,).
+        rows: Line of each selected point, (m,).
+        start: Distance from which the ray is tested [steps], (n,).
+        stop: Distance at which it ends [steps], (n,).
+        points: Indices of the selected points, (m,).
+        clear: Result, (n,).
     """
     for m in range(points.size):
         n, s = points[m], rows[m]
@@ -69,11 +69,12 @@ def mark_terrain_occlusion(
 
     Args:
         clear: False where the seabed cuts a leg.
-        unoccluded: Visibility without the seabed: that of legs that are neither clear nor occluded is kept.
-        soft: True if `visibility` is given as the factor of crests; False: it is set, to 0 where the seabed cuts a leg.
+        unoccluded: Visibility without the seabed [1]; legs that are neither clear nor occluded keep it.
+        soft: True: `visibility` holds the factor of crests and is kept for clear and occluded legs. False: it is set to
+            `unoccluded`, and to 0 where the seabed cuts a leg.
         status: Changed from clear to occluded.
         occluder: Changed to the seabed where that happens.
-        visibility: Result.
+        visibility: Result [1].
     """
     for f in range(clear.shape[0]):
         for n in range(clear.shape[1]):
@@ -97,11 +98,11 @@ def clear_of_terrain(
         ray_depths: Depths of the rays at the samples [m], (n, samples).
         depth: Depth of the seabed there [m], (lines, samples).
         rows: Line of each ray, (n,).
-        reach: Where it ends, in steps, (n,).
+        reach: Distance at which it ends [steps], (n,).
         ends: Depth at which it ends [m], (n,).
-        ignored_below: Depth below which it is not evaluated [m], (n,).
+        ignored_below: Depth below which it is not tested [m], (n,).
         penetration: Largest permitted depth below the seabed [m].
-        on_terrain: True if rays end on the seabed of their lines: each is shifted linearly, by nothing at its start.
+        on_terrain: True if rays end on the seabed of their lines: each is sheared, so that its end lies on the line.
 
     Returns:
         True where a ray is clear, (n,).
@@ -112,8 +113,8 @@ def clear_of_terrain(
         last = min(math.floor(reach[n]) - 1, ray_depths.shape[1] - 1)
         shift = 0.0
         if on_terrain and last >= 0 and last + 1 < line.size:
-            part = min(reach[n] - (last + 1), 1.0)
-            shift = line[last] + part * (line[last + 1] - line[last]) - ends[n]
+            fraction = min(reach[n] - (last + 1), 1.0)
+            shift = line[last] + fraction * (line[last + 1] - line[last]) - ends[n]
         for k in range(last + 1):
             ray = ray_depths[n, k] + shift * (k + 1) / reach[n]
             if ray > line[k] + penetration and ray <= ignored_below[n]:
@@ -130,7 +131,7 @@ class LineDepths(NamedTuple):
     shallowest: Floats
     """Least depth of each line [m], (lines,)."""
     step: float
-    """Distance of the samples [m]."""
+    """Spacing of the samples [m]; sample k lies k + 1 steps out."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -138,17 +139,20 @@ def segments_clear(
     lines: LineDepths, rows: Integers, points: Integers, nodes: Floats, bounce_margin: Floats, on_terrain: bool,
     penetration: float, clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Write False for paths of straight segments that the seabed cuts; only parts below its highest are tested.
+    """Write False for paths of straight segments that the seabed cuts, for m of n points.
+
+    Only those parts of segments are tested that lie below the highest seabed of the line.
 
     Args:
         lines: Seabed along the lines.
-        rows: Line of each point, (points,).
-        points: Numbers of the points, (points,).
-        nodes: Distance and depth of the ends of all segments [m], (segments + 1, all, 2).
-        bounce_margin: Distance about each bounce within which the seabed is not evaluated [m], (segments + 1, all).
+        rows: Line of each selected point, (m,).
+        points: Indices of the selected points, (m,).
+        nodes: Horizontal distance and depth of the ends of all segments [m], (segments + 1, n, 2).
+        bounce_margin: Horizontal distance about each node within which the seabed is not tested [m],
+            (segments + 1, n).
         on_terrain: True if the paths end on the seabed of their line.
         penetration: Largest permitted depth below the seabed [m].
-        clear: Result, False is written where a ray is cut, (all,).
+        clear: Result, False is written where the seabed cuts a path, (n,).
     """
     depth, shallowest, step = lines
     for m in range(points.size):

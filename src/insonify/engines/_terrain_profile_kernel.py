@@ -15,10 +15,11 @@ Integers = NDArray[np.int64]
 Rows = NDArray[np.int32]
 
 EAST_NEIGHBOUR, NORTH_NEIGHBOUR = np.uint32(1), np.uint32(NODES)
+"""Offsets from a node of the map to its neighbours."""
 SAMPLES_PER_RUN = 64
-"""Samples of one line that are taken before those of the next: neighbours read the same tile of the map."""
+"""Number of samples of one line before those of the next: neighbouring lines read the same tile of the map."""
 POINTS_AT_ONCE = 128
-"""Points whose distances and bearings are computed before their slices."""
+"""Number of points whose distances and bearings are computed before their slices."""
 MERGE_BLOCK_LOG2 = 3
 """Two to this power slices are merged in one decision."""
 
@@ -33,7 +34,7 @@ class ProfileLines(NamedTuple):
     step: float
     """Distance of samples along a line [m]; sample k lies (k + 1) steps out."""
     firsts: Integers
-    """Number of the first sample in each zone; the last number is the end of all, (zones + 1,)."""
+    """Index of the first sample in each zone, and the number of samples, (zones + 1,)."""
 
 
 class AzimuthSlices(NamedTuple):
@@ -44,13 +45,13 @@ class AzimuthSlices(NamedTuple):
     edges: Floats
     """Outer edge of each zone, increasing [m], (zones,)."""
     counts: Integers
-    """Slices in each zone, (zones,)."""
+    """Number of slices in each zone, (zones,)."""
     starts: Integers
-    """Number of the first slice of each zone, (zones or more,)."""
+    """Index of the first slice of each zone, (zones or more,)."""
     merged: NDArray[np.uint8]
-    """Slices that are walked as one, as a power of two, for every 2^`MERGE_BLOCK_LOG2` of all slices."""
+    """Base-2 logarithm of the number of slices with one profile, for every 2^`MERGE_BLOCK_LOG2` of all slices."""
     batch: Rows
-    """Number of the batch that holds the profile of each slice, -1 for none, (slices,)."""
+    """Index of the batch that holds the profile of each slice, -1 for none, (slices,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -58,7 +59,7 @@ def sample_profiles(
     lines: ProfileLines, plane: float, heightmap: HeightmapTiles, missing: NDArray[np.bool_], done: NDArray[np.bool_],
     depth: Floats,
 ) -> bool:  # fmt: skip
-    """Depths of the seabed along lines, linear between the nodes of the map.
+    """Fill depths of the seabed along lines, bilinear between the nodes of the map.
 
     The map is larger than the processor's caches: nodes of the next line are prefetched while one is evaluated.
 
@@ -71,7 +72,7 @@ def sample_profiles(
         depth: Result [m], (s, samples).
 
     Returns:
-        Whether all is done.
+        True if all depths are complete.
     """
     all_complete, plane_depth, run, firsts, direction = True, np.float32(plane), 0, lines.firsts, lines.direction
     node_offset, cell_fraction = np.empty((2, SAMPLES_PER_RUN), np.uint32), np.empty((4, SAMPLES_PER_RUN), np.float32)
@@ -100,10 +101,11 @@ def _locate_samples(
     lines: ProfileLines, line_direction: Floats, first: int, stop: int, heightmap: HeightmapTiles,
     missing: NDArray[np.bool_], cells: tuple[NDArray[np.uint32], Floats, Floats],
 ) -> bool:  # fmt: skip
-    """Cells of a run of one line, from sample `first` to before `stop`; returns True if no tile of the map is missing.
+    """Locate a run of samples of one line in the map, from sample `first` to before `stop`.
 
-    The results in `cells` are the southwestern node of each cell, and the position in it to the north and the east,
-    shape (SAMPLES_PER_RUN,). Samples on missing tiles are put on the first one. Other arguments see `sample_profiles`.
+    The results in `cells` are the index of the southwestern node of each cell, and the position in it to the north and
+    the east [cells], shape (SAMPLES_PER_RUN,). Samples on missing tiles are put on the first tile. Returns True if no
+    tile is missing. Other arguments are those of `sample_profiles`.
     """
     node_offset, north_fraction, east_fraction = cells
     x0, y0 = lines.start[0] / heightmap.cell, lines.start[1] / heightmap.cell
@@ -140,7 +142,7 @@ def _locate_samples(
 def _interpolate_depths(
     heights: Floats, plane_depth: np.float32, cells: tuple[NDArray[np.uint32], Floats, Floats], depth: Floats
 ) -> None:
-    """Depths of the samples of a run from the results of `_locate_samples`, into `depth` [m], (samples of the run,)."""
+    """Fill the depths of the samples of a run [m] from the results of `_locate_samples`."""
     node_offset, north_fraction, east_fraction = cells
     for m in range(np.uint64(depth.size)):
         node, f, g = node_offset[m], north_fraction[m], east_fraction[m]  # unsigned: no index from the end
@@ -152,12 +154,12 @@ def _interpolate_depths(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _samples_on_tile(start: float, step: float, first: int) -> int:
-    """Number of samples of a line, from one on a tile of the map on, that certainly lie on that tile along one axis.
+    """Number of successive samples of a line that certainly lie on the tile of the first one, along one axis.
 
     Args:
         start: Start of the line, from the edge of the tile [cells].
         step: Spacing of the samples [cells].
-        first: Number of the first sample, which lies first + 1 steps from the start.
+        first: Index of that sample, which lies first + 1 steps from the start.
     """
     edge = float(CELLS) if step > 0 else 0.0
     if abs(step) < 1e-9:
@@ -172,14 +174,14 @@ def profiles_of(
     sonar: Floats, position: Floats, slices: AzimuthSlices, distance: Floats, slice_of: Integers,
     to_sample: NDArray[np.bool_],
 ) -> int:  # fmt: skip
-    """Distances of points, and the azimuth slices in which they lie.
+    """Fill distances of points, and the azimuth slices in which they lie.
 
     Args:
         sonar: North and east of the sonar [m], (2 or more,).
-        position: The same of the points [m], (n, 2 or more).
+        position: North and east of the points [m], (n, 2 or more).
         slices: The slices.
         distance: Result, horizontal [m], (n,).
-        slice_of: Result, number of the slice of each point, of merged ones the first, (n,).
+        slice_of: Result, index of the slice of each point, of merged ones the first, (n,).
         to_sample: Result, True for slices with points whose profiles are not stored, (slices,).
 
     Returns:
@@ -233,16 +235,16 @@ def profile_bearings(
     slices: Integers, zone: int, counts: Integers, starts: Integers, merged: NDArray[np.uint8], bearing: Floats,
     direction: Floats,
 ) -> None:  # fmt: skip
-    """Middle lines of some slices of one zone, and of the wider slices of nearer zones in which these lie.
+    """Fill bearings of the middles of some slices of one zone, and of the wider slices of nearer zones they lie in.
 
     Args:
-        slices: Numbers of the slices, of merged ones the first, (s,).
-        zone: Number of their zone.
-        counts: See `profiles_of`.
-        starts: See `profiles_of`.
-        merged: See `profiles_of`.
-        bearing: Result, bearings on the scatterer grid [rad], (s, zone + 1).
-        direction: Result, unit vectors there, (s, zone + 1, 2).
+        slices: Indices of the slices, of merged ones the first, (s,).
+        zone: Index of their zone.
+        counts: See `AzimuthSlices`.
+        starts: See `AzimuthSlices`.
+        merged: See `AzimuthSlices`.
+        bearing: Result, bearings re the heading of the slices [rad], (s, zone + 1).
+        direction: Result, cosine and sine of these [1], (s, zone + 1, 2).
     """
     for n in range(slices.size):
         index, own_middle = slices[n] - starts[zone], 0.0
@@ -260,14 +262,14 @@ def profile_bearings(
 def group_by_profile(
     slice_of: Integers, batch: Rows, row: Rows, starts: Integers, points: Integers, rows: Integers
 ) -> None:
-    """Points sorted by the batch that holds the profiles of their slices, otherwise in their order.
+    """Sort points by the batch that holds the profile of their slice, otherwise in their order.
 
     Args:
         slice_of: Slice of each point, (n,).
-        batch: Number of the batch that holds the profile of each slice, (slices,).
+        batch: Index of the batch that holds the profile of each slice, (slices,).
         row: Row of the profile in its batch, (slices,).
-        starts: Result, start of each batch among `points`; the last number is the end of all, (batches + 1,).
-        points: Result, points by batch, (n,).
+        starts: Result, start of each batch among `points`, and n, (batches + 1,).
+        points: Result, indices of the points by batch, (n,).
         rows: Result, row of the profile of each of these, (n,).
     """
     starts[:] = 0

@@ -1,4 +1,4 @@
-"""Even points of the water in tiles of shells: positions, and those that the gain at each keeps."""
+"""Quadrature points of the water in tiles of shells about the sonar, and those that are kept by the gain at each."""
 
 import math
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class ShellGrid(NamedTuple):
     """Shells about the sonar, sectors of azimuth, strata of depth."""
 
     shells: int
-    """Shells of a tile."""
+    """Number of shells of a tile."""
     slant: float
     """Step from shell to shell [m]."""
     azimuth: float
@@ -39,18 +39,18 @@ class StraightPaths(NamedTuple):
     depth: Floats
     """Depth of the image of each end by each family [m], shape (ends, f)."""
     vertical_sign: Floats
-    """Sign of the vertical direction at the sonar re that at the image, shape (f,)."""
+    """Sign of the vertical direction at the sonar re that at the image [1], shape (f,)."""
     rise: Floats
     """Largest vertical displacement of the bounces of each family by relief [m], shape (f,)."""
     same_ends: bool
-    """True: transmitter and receiver are one; its gain counts twice."""
+    """True: transmitter and receiver are one; its gain is squared."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def multiply_gains(
     position: Floats, end: int, family: int, paths: StraightPaths, beams: BeamMajorants, gain: Floats
 ) -> None:
-    """Multiply the gain of one end towards some points by one family into the gains there [1], shape (n,)."""
+    """Multiply gains (n,) [1] by bounds of one end's pressure pattern towards the points (n, 3) [m] by one family."""
     north, east, depth = paths.position[end, 0], paths.position[end, 1], paths.depth[end, family]
     vertical_sign, rise = paths.vertical_sign[family], paths.rise[family]
     for n in range(gain.size):
@@ -69,7 +69,7 @@ def multiply_gains(
 def two_way_gains(
     position: Floats, paths: StraightPaths, transmit: BeamMajorants, receive: BeamMajorants, largest: Floats
 ) -> None:
-    """Upper bound of the two-way gain at some points by any family [1], into largest (n,)."""
+    """Fill upper bounds of the two-way pressure gain at some points (n, 3) [m] by any family [1], (n,)."""
     largest[:] = 0.0
     gain = np.empty(largest.size)
     for family in range(paths.vertical_sign.size):
@@ -88,16 +88,16 @@ def tile_points(
     tiles: Floats, probability: Floats, grid: ShellGrid, position: Floats, volume: Floats, number: NDArray[np.uint64],
     tile: NDArray[np.int64], priority: Floats,
 ) -> int:  # fmt: skip
-    """Even points of some tiles that the largest keep probability in each keeps: those of the lowest priorities.
+    """Fill the quadrature points of some tiles with a priority below the largest keep probability in the tile.
 
     Args:
-        tiles: Row, sector, upper side, thickness [m], gain from which on all points are kept [1], shape (n, 5).
+        tiles: Row of shells, sector, upper side [m], thickness [m], gain from which on all points are kept [1], (n, 5).
         probability: Largest keep probability in each tile [1], shape (n,).
         grid: Shells and sectors.
         position: North, east, depth of each point kept [m], shape (any, 3), filled.
         volume: Volume of its cell [m^3], shape (any,), filled.
-        number: Its number, shape (any,), filled.
-        tile: Its tile, shape (any,), filled.
+        number: Key of the point, shape (any,), filled.
+        tile: Index of its tile, shape (any,), filled.
         priority: Its priority [1], shape (any,), filled; priorities are evenly spread, in any direction.
 
     Returns:
@@ -130,15 +130,24 @@ def tile_points(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def thin_points(share: Floats, position: Floats, volume: Floats, number: NDArray[np.uint64], priority: Floats) -> int:
-    """Keep the points whose priority is below their keep probability, each with an inversely larger volume, in place.
+def thin_points(
+    keep_probability: Floats, position: Floats, volume: Floats, number: NDArray[np.uint64], priority: Floats
+) -> int:
+    """Keep the points whose priority is below their keep probability, each with its volume over that probability.
+
+    Args:
+        keep_probability: Keep probability of each point [1], shape (n,).
+        position: Positions [m], shape (n, 3), changed: the points kept move to the front.
+        volume: Volumes [m^3], shape (n,), changed.
+        number: Keys of the points, shape (n,), changed.
+        priority: Priorities [1], shape (n,).
 
     Returns:
         Number of points kept.
     """
     kept = 0
-    for n in range(share.size):
-        if priority[n] < share[n]:
-            position[kept], number[kept], volume[kept] = position[n], number[n], volume[n] / share[n]
+    for n in range(keep_probability.size):
+        if priority[n] < keep_probability[n]:
+            position[kept], number[kept], volume[kept] = position[n], number[n], volume[n] / keep_probability[n]
             kept += 1
     return kept

@@ -8,20 +8,20 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 
 NEGLIGIBLE = 3e-5
-"""Fraction of the energy received at any time that a pair may lack altogether [1]."""
+"""Largest fraction of the energy received at any time that a pair may have to be left out [1]."""
 TIME_SAMPLES = 1024
-"""Times at which the whole level is computed."""
+"""Number of times at which the energy of all pairs together is computed."""
 
 
 def arrived_energy(arrival_time: Floats, energy: Floats) -> Floats:
-    """Energy of all pairs that has arrived by some times.
+    """Energy of all pairs together that has arrived up to given delays.
 
     Args:
         arrival_time: Delays of each pair from the edges of the range bins [s], (p, b + 1).
-        energy: Energy of each pair from each range bin, (p, b).
+        energy: Energy of each pair from each range bin, in any unit, (p, b).
 
     Returns:
-        At each of these delays, (p, b + 1).
+        Energy up to each of these delays, in the same unit, (p, b + 1).
     """
     result = np.empty(arrival_time.shape)
     _add_arrived(np.ascontiguousarray(arrival_time), np.ascontiguousarray(energy), result)

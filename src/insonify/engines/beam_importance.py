@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from insonify import random_keys
 from insonify.engines import _gain_envelope_arrays as _gain_envelope_arrays  # stand-ins of the kernels
 from insonify.engines import _gain_envelope_kernel as kernel
-from insonify.engines import _keep_probability_kernel as share_kernel
+from insonify.engines import _keep_probability_kernel as keep_kernel
 from insonify.engines._draw_kernel import KeptScatterers, TileRows, draw_and_keep
 from insonify.engines._keep_probability_kernel import GainBounds
 from insonify.engines.face_images import FaceImage
@@ -43,23 +43,23 @@ BEAM_EDGE_DB = -14.0
 ELEMENT_EDGE_DB = -14.0
 """Two-way gain of recorded elements, re the largest gain at its distance, above which every scatterer is kept [dB]."""
 LINEAR_BELOW = 0.25
-"""Gain of a beam, re that edge, below which keep probabilities fall no longer with its square, but with it: side lobes
-far out are all that fills a wide shadow [1]."""
+"""Gain of a beam, re that edge, below which keep probabilities are proportional to it, no longer to its square: only
+far side lobes fill a wide shadow [1]."""
 MIN_KEEP_PROBABILITY = 0.001
-"""Smallest keep probability."""
+"""Smallest keep probability [1]."""
 PEAK_RATIO = 0.7
-"""Largest corner of a part, re its strongest position, above which scatterers are evaluated by the corners [1]."""
+"""Largest gain at a corner of a part, re its largest gain, above which gains are interpolated from corners [1]."""
 MIN_GAIN = 1e-300
-"""Least gain that others are compared with."""
+"""Least gain by which another is divided [1]."""
 FIRST_NODE = 0.05
 """Distance of the first of the nodes, at which rays and the largest gain are computed; the n-th is n^2 as far [m]."""
 BEARINGS = 900
-"""Bearings of the positions on each ring, over which a mean keep probability is taken."""
+"""Number of bearings on each ring, over which a mean keep probability is taken."""
 GOLDEN_RATIO = 0.5 * (1 + math.sqrt(5))
 SECTORS = 16
-"""Sectors in which the largest gain direction is looked for first."""
+"""Number of sectors in which the largest gain is searched first."""
 MIN_SCATTERERS_BY_PART = 48
-"""Scatterers of a tile below which it is evaluated as a whole, not part by part."""
+"""Number of kept scatterers of a tile up to which it is evaluated as a whole, not part by part."""
 HALVINGS = 12
 """Largest number of halvings of a sector."""
 GAIN_TOLERANCE = 1.05
@@ -76,7 +76,7 @@ class KeepProbabilities(NamedTuple):
     corner: Floats
     """Gain at the corners of the parts, re that above which all are kept, shape (n, PARTS + 1, PARTS + 1)."""
     is_peaked: NDArray[np.bool_]
-    """Parts that hold a position much stronger than their corners, shape (n, PARTS, PARTS)."""
+    """True for parts with a gain much larger than at their corners, shape (n, PARTS, PARTS)."""
 
 
 @dataclass(frozen=True)
@@ -91,20 +91,20 @@ class BeamImportance:
     """Families that reach it."""
     scatterer_grid: ScattererGrid
     farthest: float
-    """Distance from the middle between both ends that is evaluated at most [m]."""
+    """Largest distance from the middle between both ends that is evaluated [m]."""
     importance_sampling: bool = True
-    """True: any scatterer is left out at all."""
+    """False: all scatterers are kept."""
     glints: GlintSpread | None = None
     """Angular spread of legs by a moving surface; None: it is still."""
     images: tuple[FaceImage, ...] = ()
-    """Images of the sonar in faces: ground that they light is kept as that about the sonar."""
+    """Images of the sonar in faces; the gain is the largest of those of the sonar and of its images."""
 
     def bounds(self, tiles: Tiles, density: Floats) -> GainBounds:
         """Upper bounds of the gain over some tiles, part by part for those with many scatterers.
 
         Args:
             tiles: The tiles.
-            density: Share of their scatterers that fills the sonar's cells, shape (n,).
+            density: Fraction of their scatterers that fills the sonar's cells [1], shape (n,).
         """
         row, no_parts = np.full(len(density), -1), np.empty((0, PARTS, PARTS))
         # the largest gain at a distance is known for one origin only
@@ -120,31 +120,31 @@ class BeamImportance:
         return GainBounds(density, tile_gain, centre_gain, row, parts.reshape(-1, PARTS, PARTS))
 
     def expected(self, bounds: GainBounds) -> Floats:
-        """Scatterers of each tile that are likely to be drawn [1], shape (n,)."""
-        share, in_parts = self._keep_probability(bounds.tile_gain), bounds.row >= 0
-        share[in_parts] = self._keep_probability(bounds.part_gains[bounds.row[in_parts]]).mean(axis=(1, 2))
-        return bounds.density * share * TILE**2
+        """Expected number of kept scatterers of each tile [1], shape (n,)."""
+        probability, in_parts = self._keep_probability(bounds.tile_gain), bounds.row >= 0
+        probability[in_parts] = self._keep_probability(bounds.part_gains[bounds.row[in_parts]]).mean(axis=(1, 2))
+        return bounds.density * probability * TILE**2
 
     def keep_probabilities(self, tiles: Tiles, bounds: GainBounds) -> KeepProbabilities:
         """Keep probabilities of the scatterers of some tiles."""
-        by_part, nonuniform = share_kernel.classify_tiles(bounds.tile_gain, bounds.centre_gain, bounds.row, PEAK_RATIO)
+        by_part, nonuniform = keep_kernel.classify_tiles(bounds.tile_gain, bounds.centre_gain, bounds.row, PEAK_RATIO)
         at_parts = self._relative_gain(self._positions(tiles, by_part, np.arange(PARTS + 1) / PARTS))
         at_ends = self._relative_gain(self._positions(tiles, nonuniform, np.arange(2.0)))
         count = len(bounds.row)
         corner, largest = np.empty((count, PARTS + 1, PARTS + 1)), np.empty((count, PARTS, PARTS))
-        share_kernel.interpolate_corner_gains(bounds, by_part, at_parts, nonuniform, at_ends, corner, largest)
+        keep_kernel.interpolate_corner_gains(bounds, by_part, at_parts, nonuniform, at_ends, corner, largest)
         if self.images:
             self._fill_parts_lit_by_faces(tiles, corner, largest)
         peaked, max_probability = np.empty(largest.shape, np.bool_), np.empty(largest.shape)
-        share_kernel.find_peaked_parts(
+        keep_kernel.find_peaked_parts(
             corner, largest, bounds, PEAK_RATIO, self._linear_below, MIN_KEEP_PROBABILITY, peaked, max_probability
         )
         return KeepProbabilities(bounds.density, max_probability, corner, peaked)
 
     def _fill_parts_lit_by_faces(self, tiles: Tiles, corner: Floats, largest: Floats) -> None:
-        """Raise the gains at the corners of parts where faces send more than the beams themselves.
+        """Raise the gains at the corners of parts where the gain by faces is larger than that without.
 
-        There the gain has no peak, and scatterers are not evaluated one by one: those of the whole part are kept alike.
+        There the gain has no peak, and all scatterers of a part have one keep probability.
 
         Args:
             tiles: The tiles.
@@ -176,7 +176,7 @@ class BeamImportance:
         return gain
 
     def _face_gain(self, position: Floats, around: Floats) -> Floats:
-        """Gain by way of faces, as `_relative_gain`."""
+        """Gain of the images of the sonar in faces, as `_relative_gain`."""
         gain = np.zeros(len(position))
         for face_image, image in zip(self.images, self._image_importances, strict=True):
             rows = face_image.lights(position, self.depth, around)
@@ -241,13 +241,10 @@ class BeamImportance:
         return self._keep_probability(gain) if self.importance_sampling else np.ones(gain.shape)
 
     def mean_keep_probability(self, distance: Floats) -> Floats:
-        """Keep probability of the scatterers, on the average over all bearings.
+        """Keep probability of scatterers, mean over all bearings [1], shape (n,).
 
         Args:
-            distance: From the middle between both ends [m], shape (n,).
-
-        Returns:
-            Shape (n,).
+            distance: Distance from the middle between both ends [m], shape (n,).
         """
         if not self.importance_sampling:
             return np.ones(len(distance))
@@ -268,20 +265,20 @@ class BeamImportance:
         return np.asarray((self.ping_geometry.midpoint + offset).reshape(-1, 2))
 
     def _positions(self, tiles: Tiles, rows: Integers, part: Floats) -> Floats:
-        """North and east at the same parts of the sides of some tiles [m], shape (rows * parts * parts, 2)."""
+        """North and east of a square lattice of positions in some tiles, see `grid_positions` [m], (m k^2, 2)."""
         position = np.empty((len(rows) * len(part) ** 2, 2))
-        share_kernel.grid_positions(*tiles, rows, part, self.scatterer_grid.frame, position)
+        keep_kernel.grid_positions(*tiles, rows, part, self.scatterer_grid.frame, position)
         return position
 
     def _keep_probability(self, gain: Floats) -> Floats:
-        """Keep probability of the scatterers, by the gain re that above which all are [1]."""
+        """Keep probability of scatterers by the gain re that above which all are kept [1], shape of `gain`."""
         probability = np.empty(gain.shape)
-        share_kernel.keep_probabilities(np.ravel(gain), self._linear_below, MIN_KEEP_PROBABILITY, probability.ravel())
+        keep_kernel.keep_probabilities(np.ravel(gain), self._linear_below, MIN_KEEP_PROBABILITY, probability.ravel())
         return probability
 
     @property
     def _linear_below(self) -> float:
-        """Gain below which keep probabilities fall no longer with its square, but with it [1]."""
+        """Gain re the threshold below which keep probabilities are proportional to it, not to its square [1]."""
         return 0.0 if self._needs_all_directions else LINEAR_BELOW
 
     @cached_property
@@ -300,22 +297,19 @@ class BeamImportance:
 
     @cached_property
     def _threshold_gain(self) -> Floats:
-        """Two-way gain above which all scatterers are kept, at the nodes."""
+        """Two-way pressure gain above which all scatterers are kept, at the nodes of distance [1], (nodes,)."""
         return np.asarray(
             self._max_gain * amplitude_ratio(ELEMENT_EDGE_DB if self._needs_all_directions else BEAM_EDGE_DB)
         )
 
     @property
     def _needs_all_directions(self) -> bool:
-        """Return True if elements are received that no motion of the sonar joins to an aperture."""
+        """Return True if elements are recorded that are not processed to a synthetic aperture."""
         return self.ping_geometry.elements is not None and self.ping_geometry.pulse.receiver.synthetic_aperture is None
 
     @cached_property
     def _max_gain(self) -> Floats:
-        """Envelope of the largest gain at each node [1], shape (nodes,), within `GAIN_TOLERANCE` of it.
-
-        Sectors that may hold a stronger one than was found are halved.
-        """
+        """Envelope of the largest two-way pressure gain at each node [1], within `GAIN_TOLERANCE` of it, (nodes,)."""
         distance, (transmit, receive) = _nodes(self.farthest), self._ends
         sectors = self.ping_geometry.first_beam_bearing + (2 * np.arange(SECTORS) + 1) * (np.pi / SECTORS)
         best = np.empty(len(distance))
@@ -338,6 +332,7 @@ class BeamImportance:
 
     @cached_property
     def _ends(self) -> tuple[kernel.EnvelopeEnd, kernel.EnvelopeEnd]:
+        """Transmitter and receiver; one object twice where they and their beams are the same."""
         geometry = self.ping_geometry
         separation = float(np.linalg.norm(geometry.transmit_position - geometry.receive_position))
         transmit = self._end(geometry.transmit_position, geometry.transmit_beams, self.farthest + separation)
@@ -347,6 +342,7 @@ class BeamImportance:
         return transmit, self._end(geometry.receive_position, geometry.bounding_receive_beams, farthest)
 
     def _end(self, position: Floats, beams: Beams, farthest: float) -> kernel.EnvelopeEnd:
+        """Transmitter or receiver, with departure angles of rays to distances up to `farthest` [m]."""
         distance = np.maximum(_nodes(farthest), 1e-6)
         centre = position[:2] + distance[:, None] * [1.0, 0.0]
         sines = np.empty((len(self.families), len(distance)))
@@ -366,7 +362,7 @@ class BeamImportance:
     def _spread(
         self, beams: Beams, source_depth: float, distance: Floats, sines: Floats
     ) -> tuple[kernel.RaySpreads, Floats]:
-        """Levels and spreads of the rays of one end, and their sines with rows for glints behind them."""
+        """Amplitudes and angular spreads of the rays of one end, and their sines with rows of glints appended."""
         glint_rows = [] if self.glints is None else [
             (row, legs) for row, name in enumerate(self.families)
             if (legs := self.glints.legs(name, source_depth, distance, self.depth)) is not None
@@ -390,13 +386,13 @@ class BeamImportance:
         return spread, np.concatenate([sines, sines[[row for row, _ in glint_rows]]])
 
 
-@share_kernel.keep_probabilities.stand_in
-def _shares(gain: Floats, linear_below: float, min_probability: float, probability: Floats) -> None:
-    """Keep probabilities of the scatterers, as the kernel `keep_probabilities`, into probability (n,)."""
+@keep_kernel.keep_probabilities.stand_in
+def _keep_probabilities(gain: Floats, linear_below: float, min_probability: float, probability: Floats) -> None:
+    """Fill keep probabilities (n,); arguments are those of the kernel `keep_probabilities`."""
     gain = np.minimum(gain, 1.0)
     probability[:] = np.clip(np.maximum(gain * gain, linear_below * gain), min_probability, 1.0)
 
 
 def _nodes(farthest: float) -> Floats:
-    """Distances at which things are computed, up to one beyond the farthest [m]: the same whatever that is."""
+    """Distances of the nodes, up to one beyond the farthest [m]; the farthest changes only their number."""
     return np.asarray(FIRST_NODE * np.arange(np.ceil(np.sqrt(farthest / FIRST_NODE)) + 2) ** 2)

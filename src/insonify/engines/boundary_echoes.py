@@ -1,4 +1,4 @@
-"""Boundary echoes: sound from the transmitter to the receiver by reflections off boundaries, without a scatterer.
+"""Boundary echoes: sound from the transmitter to the receiver by reflections at boundaries, without a scatterer.
 
 B is the seabed's own specular echo (the first bottom return), S that of the surface, BS, SB, BSB, ... their multiples;
 D is the sound that travels straight from one platform to another. A path is a leg from the receiver to the
@@ -69,7 +69,7 @@ def label_families(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Families by which labels divide echoes: of the legs to scatterers, and of the boundary echoes.
 
-    Both include those off a hull; legs also those off targets' faces.
+    Both include those by a hull; legs also those by targets' faces.
 
     Args:
         path_settings: Path settings.
@@ -104,7 +104,7 @@ def surface_law_has_facets(scene: Scene, path_settings: PathSettings) -> bool:
 
 
 def without_glints(legs: Legs) -> Legs:
-    """Rows of the coherent part of legs off a moving surface: those without a random bounce."""
+    """Coherent rows of legs that a moving surface reflects: those without a glint."""
     if legs.glints is None:
         return legs
     rows = [row for row, number in enumerate(legs.glints.bounce_id) if number < 0]
@@ -122,7 +122,7 @@ def sediment_roughness_factor(
         position: North, east, depth of the end at which the legs begin [m], shape (3,).
         seabed: The seabed.
         wavelength: Acoustic wavelength [m].
-        hull_depth: Depth of the hull off which the families with H are reflected [m].
+        hull_depth: Depth of the hull that reflects the families with H [m].
     """
     factor = np.ones_like(legs.delay)
     for row, family in enumerate(legs.families):
@@ -151,7 +151,7 @@ def sediment_bounce_factor(
         sine: Sine of their grazing angle at the end, and at all bounces [1], shape (n,).
         seabed: The seabed.
         wavelength: Acoustic wavelength [m].
-        hull_depth: Depth of the hull that the family is reflected off; 0 for none [m].
+        hull_depth: Depth of the hull that reflects the family; 0 for none [m].
 
     Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566, with the spectrum of APL-UW TR 9407 (1994), section IV.A.
     Valid: zones are those of straight rays over a flat seabed.
@@ -162,8 +162,8 @@ def sediment_bounce_factor(
     material = sediment(seabed.scattering.sediment)
     paths = flat_bounces(family, depth - hull_depth, length, sine, seabed.depth - hull_depth)
     for bounce in (number for number, letter in enumerate(family) if letter == "B"):
-        zone, width = fresnel_zone(paths, bounce, wavelength)
-        low = np.minimum(np.pi / np.maximum(np.sqrt(zone * width), 1e-6), k)
+        half_length, half_width = fresnel_zone(paths, bounce, wavelength)
+        low = np.minimum(np.pi / np.maximum(np.sqrt(half_length * half_width), 1e-6), k)
         factor *= np.exp(-2 * k**2 * band_variance(material, low, k) * sine**2)
     return factor
 

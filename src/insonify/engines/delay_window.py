@@ -1,4 +1,4 @@
-"""Scatterers that can have an echo within an interval of delays: the others need no paths where few samples matter."""
+"""Selection of scatterers whose echoes can fall into an interval of delays; paths to others are not evaluated."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,9 @@ from insonify.validity import require_number
 DelayInterval = tuple[float | str, float | str]
 """First and last of some times [s], or with their units: "200 ms"."""
 MIN_TRAVEL_TIME_RATIO, MAX_TRAVEL_TIME_RATIO = 0.99, 1.1
-"""Least and greatest travel time over that of the straight ray to the image, in water that bends or delays it [1]."""
+"""Least and greatest travel time re that of the straight ray to the image, in refracting or inhomogeneous water [1]."""
 BOUNCE_EXCESS_LENGTH = 2.0
-"""Growth of a path by each reflection off waves or slopes, beyond the height of the relief [m]."""
+"""Increase of a path's length by each reflection at waves or slopes, beyond the height of the relief [m]."""
 
 
 def delay_interval(ping_geometry: PingGeometry, window: DelayInterval | None) -> tuple[float, float]:
@@ -48,7 +48,7 @@ def in_delay_window(
     scatterers: Scatterers, ping_geometry: PingGeometry, scene: Scene, path_settings: PathSettings,
     window: tuple[float, float],
 ) -> NDArray[np.bool_]:  # fmt: skip
-    """Scatterers of which some pair of paths may fall into an interval of delays, none of those that do left out.
+    """True for scatterers of which some pair may fall into an interval of delays.
 
     Args:
         scatterers: The points, n of them.
@@ -58,7 +58,7 @@ def in_delay_window(
         window: First and last delay [s].
 
     Returns:
-        Shape (n,); all of them where they belong together (a body that reflects as a whole).
+        Shape (n,); True for all of a body that reflects as a whole.
     """
     if not scatterers.has_random_phase:
         return np.ones(len(scatterers), bool)

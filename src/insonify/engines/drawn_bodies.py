@@ -1,4 +1,4 @@
-"""Drawn points of bodies, kept from ping to ping in bounded memory."""
+"""Random points of bodies, cached from ping to ping in bounded memory."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
@@ -7,7 +7,7 @@ from threading import Lock
 from insonify.scene.scatterers import Scatterers
 
 MAX_CONCURRENT_PING_BYTES = 256 << 20
-"""Memory of the points that are kept beyond those of the last body [bytes]."""
+"""Largest memory of the cached points, in addition to those of the last body [bytes]."""
 
 
 class DrawnBodies:
@@ -17,7 +17,7 @@ class DrawnBodies:
         """Create an empty cache.
 
         Args:
-            max_bytes: Memory of the points that are kept beyond those of the last body [bytes].
+            max_bytes: Largest memory of the points, in addition to those of the last body [bytes].
         """
         self._max_bytes = max_bytes
         self._total_bytes = 0
@@ -25,7 +25,7 @@ class DrawnBodies:
         self._lock = Lock()
 
     def get(self, key: Hashable, draw: Callable[[], Scatterers]) -> Scatterers:
-        """The points of one body, drawn where they are not kept.
+        """The points of one body, drawn if they are not in the cache.
 
         Args:
             key: Parameters that determine the points.

@@ -64,9 +64,9 @@ from insonify.sonar.two_way_beam import two_way_width
 Floats = NDArray[np.float64]
 
 FACE_SEED = 0x9E3779B1
-"""Multiple of the number of a face that its random bounces have in their seed, so that each face has its own."""
+"""Factor on the index of a face (from 1) in the seed of its random bounces, so that each face has its own."""
 MANY_CHANNELS = 24
-"""Channels from which an echo costs more than the legs of its pair over a flat seabed: weak pairs are sampled [1]."""
+"""Number of channels from which weak pairs are sampled over a flat seabed too: there echoes cost more than legs."""
 BOUNDARY_ECHO_PROFILE_WIDTH = 1e-3
 """Least width of the azimuth slices in which the seabed occludes boundary echoes, whatever the beams [rad]."""
 
@@ -158,8 +158,8 @@ class EigenrayEngine:
             yield self._pairs(ping_geometry, scatterers, transmit, receive, selection)
             return
         for start in range(0, len(scatterers), size):
-            part = slice(start, start + size)
-            points, legs = scatterers.take(part), legs_to_points((transmit, receive), part)
+            rows = slice(start, start + size)
+            points, legs = scatterers.take(rows), legs_to_points((transmit, receive), rows)
             selection = None if include_negligible else self._pair_selection(ping_geometry, points)
             yield self._pairs(ping_geometry, points, *legs, selection)
 
@@ -182,7 +182,7 @@ class EigenrayEngine:
     def _legs(
         self, ping_geometry: PingGeometry, scatterers: Scatterers, selection: PairSelection | None
     ) -> tuple[Legs, Legs]:
-        """Transmit and receive legs of scatterers; arguments see `path_pairs`."""
+        """Transmit and receive legs of scatterers; arguments are those of `path_pairs`."""
         transmit = self._end_legs(
             ping_geometry.transmit_position, scatterers, ping_geometry, selection, elements=ping_geometry.is_monostatic
         )
@@ -212,7 +212,7 @@ class EigenrayEngine:
         self, ping_geometry: PingGeometry, scatterers: Scatterers, transmit: Legs, receive: Legs,
         selection: PairSelection | None,
     ) -> Pairs:  # fmt: skip
-        """Pairs of all legs of scatterers; arguments see `path_pairs`."""
+        """Pairs of all legs of scatterers; arguments are those of `path_pairs`, and the legs."""
         pair = np.array([(i, j) for i in range(len(transmit.families)) for j in range(len(receive.families))], np.int64)
         pair = pair.reshape(-1, 2)
         weight = repeated_glint_weight(transmit, receive, pair)
@@ -260,7 +260,7 @@ class EigenrayEngine:
     def _echoes_over_seabed(
         self, ping_geometry: PingGeometry, transmitter: Scatterers, families: tuple[str, ...]
     ) -> Legs:
-        """Legs from the receiver to the transmitter, off specular points of relief where these are known."""
+        """Legs from the receiver to the transmitter, by specular points of relief where these are known."""
         end, start, terrain = ping_geometry.receive_position, ping_geometry.transmit_position, self.scene.seabed.terrain
         wavelength = self._wavelength(ping_geometry, end)
         legs = self._legs_over_mean_plane(end, transmitter, ping_geometry, families, elements=True)
@@ -270,7 +270,7 @@ class EigenrayEngine:
             if not ping_geometry.is_monostatic or end[2] >= terrain.span[0]:
                 legs = self._with_terrain(legs, transmitter, ping_geometry, end, None)
             elif any(bottom_bounces(legs.families[row]) for row in np.flatnonzero(is_needed)):
-                # straight below and above one position nothing but the bounces lies on the paths
+                # on vertical paths from one position there is nothing but the bounces
                 legs = self._with_terrain(legs, transmitter, ping_geometry, end, is_needed)
         legs = self._with_water_delays(legs, transmitter, ping_geometry, end)
         if terrain is not None and terrain.relief.is_waves and self.scene.seabed.reflecting_interface == "rough":
@@ -295,11 +295,11 @@ class EigenrayEngine:
         return first[0], under(receive, receive, ping_geometry.receive_position)[1]
 
     def faces(self, ping_geometry: PingGeometry) -> tuple[FlatFace, ...]:
-        """Faces of targets off which sound is reflected on its way to other scatterers."""
+        """Faces of targets that reflect sound to other scatterers."""
         return reflecting_faces(self.scene, self.path_settings, ping_geometry.frequency)
 
     def _by_faces(self, ping_geometry: PingGeometry, scatterers: Scatterers) -> Iterator[tuple[Scatterers, int]]:
-        """Scatterers of a block and the number of faces that light any, apart those that none does."""
+        """Scatterers of a block that no face reflects sound to, and the others; each with the number of such faces."""
         faces, by_faces, count = self.faces(ping_geometry), np.zeros(len(scatterers), bool), 0
         for face in faces:
             insonified = self._insonified_by_face(face, ping_geometry.transmit_position, scatterers, ping_geometry)
@@ -315,7 +315,7 @@ class EigenrayEngine:
     def _insonified_by_face(
         self, face: FlatFace, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry
     ) -> NDArray[np.bool_]:
-        """Scatterers that a face may light from one end of the sonar, shape (n,)."""
+        """True for scatterers to which a face may reflect sound from one end of the sonar, shape (n,)."""
         if not reflects_to(face, scatterers) or not is_in_reach(face, self.scene, ping_geometry):
             return np.zeros(len(scatterers), bool)
         max_rise = self.scene.seabed.depth * self.path_settings.max_reflections
@@ -422,7 +422,7 @@ class EigenrayEngine:
         self, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, selection: PairSelection | None,
         *, elements: bool,
     ) -> Legs:  # fmt: skip
-        """Legs between one end and the scatterers, with reflections off flat boundaries and terrain.
+        """Legs between one end and the scatterers, with reflections at flat boundaries and terrain.
 
         Args:
             position: Position (north, east, depth) of that end [m], shape (3,).
@@ -443,7 +443,7 @@ class EigenrayEngine:
         self, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, families: tuple[str, ...],
         needed: NDArray[np.bool_] | None = None, *, elements: bool,
     ) -> Legs:  # fmt: skip
-        """Legs of some families between one end and the scatterers before the terrain changes them; see `_end_legs`."""
+        """Legs of some families between one end and the scatterers over the mean seabed; see `_end_legs`."""
         legs = self.rays.legs(position, scatterers, families, ping_geometry.frequency, needed=needed)
         if elements and ping_geometry.elements is not None:
             legs = self.rays.with_aperture_expansion(legs, position, scatterers, ping_geometry.element_extent)
@@ -453,12 +453,12 @@ class EigenrayEngine:
         self, scatterers: Scatterers, transmit: Legs, receive: Legs, pair: NDArray[np.int64], weight: Floats,
         frequency: float, sampling: PairSampling | None,
     ) -> Strengths | SeparableStrengths:  # fmt: skip
-        """Scattering amplitude of each ordered pair, 0 where it is not evaluated [m], shape (p, n)."""
+        """Scattering amplitude of each ordered pair, for pressure, 0 where it is not evaluated [m], shape (p, n)."""
         if isinstance(scatterers.law, KirchhoffFacet | KirchhoffPatch):
             return np.asarray(self._specular(scatterers, transmit, receive, pair, frequency) * weight[:, None])
         root = np.sqrt(scatterers.area)
         if isinstance(scatterers.law, Lambert):
-            return SeparableStrengths(transmit, receive, pair, _contributions(scatterers.law), root, weight, sampling)
+            return SeparableStrengths(transmit, receive, pair, _leg_factors(scatterers.law), root, weight, sampling)
         amplitude_weight = None if sampling is None else sampling.amplitude_weight
         section = cross_sections(scatterers, scatterers.law, transmit, receive, pair, amplitude_weight)
         interface = self.scene.seabed.interface_law(
@@ -506,7 +506,7 @@ class EigenrayEngine:
         self, legs: Legs, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, *,
         follow_bed: bool = True,
     ) -> tuple[Legs, Legs]:  # fmt: skip
-        """Transmit and receive legs from one end, reflected off a moving surface and a rough seabed, at their times."""
+        """Transmit and receive legs from one end, reflected at a moving surface and a rough seabed, at their times."""
         end = SonarEnd(position, ping_geometry.time, ping_geometry.transmit_position)
         return apply_surface_reflection(
             legs, self.scene, self.seed, scatterers, ping_geometry.frequency, end, follow_bed=follow_bed
@@ -585,7 +585,7 @@ def _slice_width(ping_geometry: PingGeometry, transmit: Legs, receive: Legs, pai
 
 
 @lru_cache(maxsize=16)
-def _contributions(law: Lambert) -> Floats:
+def _leg_factors(law: Lambert) -> Floats:
     """Factor of one leg in a separable law (linear in the sine of grazing angle), at sines of 0 and 1 [1]."""
     horizontal, forward = np.array(np.pi / 2), np.array(np.pi)
     facing = law.cross_section(horizontal, horizontal, forward)

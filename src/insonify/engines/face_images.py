@@ -35,12 +35,12 @@ class FaceImage:
     """North and east of the origin of positions [m], shape (2,)."""
 
     def lights(self, position: Floats, depth: float, radius: Floats) -> NDArray[np.int64]:
-        """Rows of the positions that the face may light, somewhere around them.
+        """Rows of the positions to whose neighbourhoods the face may reflect sound, shape (m,).
 
         Args:
             position: North and east about the origin [m], shape (n, 2).
-            depth: Their depth [m].
-            radius: Radius of the neighbourhood of each that is lit with it [m], shape (n,).
+            depth: Depth of the positions [m].
+            radius: Radius of the neighbourhood of each [m], shape (n,).
         """
         points = np.column_stack([position + self.origin, np.full(len(position), depth)])
         lit = np.zeros(len(points), bool)
@@ -50,7 +50,7 @@ class FaceImage:
 
     @property
     def ends(self) -> tuple[Floats, Floats]:
-        """Transmitter and receiver in front of the face, in the world [m], shapes (3,)."""
+        """North, east, depth of transmitter and receiver themselves, in the world [m], shapes (3,)."""
         shift = np.array([*self.origin, 0.0])
         return (
             self.face.image(self.sonar.transmit_position + shift),

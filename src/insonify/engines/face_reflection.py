@@ -1,7 +1,7 @@
 """Legs by way of large flat smooth faces of targets: F, from the image of the sonar's end in the plane of the face.
 
-Level boundaries are their own images in an upright face. So the legs of the image are those of the sonar by way of the
-face, refracted and reflected off both boundaries as they are: F and the boundaries' letters, in whatever order the path
+Horizontal boundaries are their own images in an upright face. So the legs of the image are those of the sonar by way of
+the face, refracted, and reflected at both boundaries: F and the boundaries' letters, in whatever order the path
 has them. A leaning face in water of one sound speed has the leg without further reflections. The finite size of a
 face is that of a screen between image and point (`insonify.propagation.knife_edge`): by Babinet's principle it reflects
 what the screen takes away.
@@ -32,17 +32,17 @@ Complexes = NDArray[np.complex128]
 Marks = NDArray[np.bool_]
 
 RIPPLES = 12.0
-"""Fresnel number beyond a face's edges from which on it reflects nothing: less than 0.02 [1]."""
+"""Fresnel number beyond a face's edges from which on its reflection, below 0.02, is neglected [1]."""
 NEAREST = 1e-6
-"""Distance in front of a face from which on it reflects [m]."""
+"""Least distance in front of a face from which it reflects sound [m]."""
 TRIM = 1e-6
-"""Part of a path left out before and behind the face and at its end, where it touches bodies [1]."""
+"""Fraction of a path that is not tested before and behind the face and at its end, where it touches bodies [1]."""
 LABEL_BITS = 24
 """Bits of the labels of random bounces, above which the number of a face is put."""
 
 
 def face_families(path_settings: PathSettings) -> tuple[str, ...]:
-    """Families of the image: those followed that leave one of `max_reflections` for the face; F is put before them."""
+    """Families of the image: those with fewer than `max_reflections` bounces, as the face adds one."""
     if not path_settings.face_reflections or path_settings.geometry == "slice":
         return ()
     limit = path_settings.max_reflections
@@ -50,7 +50,7 @@ def face_families(path_settings: PathSettings) -> tuple[str, ...]:
 
 
 def reflecting_faces(scene: Scene, path_settings: PathSettings, frequency: float) -> tuple[FlatFace, ...]:
-    """Faces of targets off which sound is reflected on its way to other scatterers, at one frequency [Hz]."""
+    """Faces of targets that reflect sound to other scatterers, at one frequency [Hz]."""
     return flat_faces(scene, scene.water.max_sound_speed / frequency) if face_families(path_settings) else ()
 
 
@@ -63,7 +63,7 @@ def faces_in_reach(scene: Scene, path_settings: PathSettings, ping_geometry: Pin
 def is_in_reach(face: FlatFace, scene: Scene, ping_geometry: PingGeometry) -> bool:
     """Return True if sound may come by way of a face before the window ends.
 
-    It travels, by whatever way, from the transmitter to the face, and from there to the receiver.
+    Its path is no shorter than the distance from the transmitter to the face, and from there to the receiver.
     """
     shortest = sum(map(face.distance_from, (ping_geometry.transmit_position, ping_geometry.receive_position)))
     return shortest / scene.water.max_sound_speed <= ping_geometry.recorded_delays[1]
@@ -97,7 +97,7 @@ def lit_points(
         points: The points [m], shape (n, 3).
         wavelength: Wavelength of the sound [m].
         max_rise: Largest vertical distance that a path covers [m].
-        radius: Radius of the neighbourhood of each point that is lit with it [m], shape (n,).
+        radius: Radius of the neighbourhood of each point that may be reached instead of it [m], shape (n,).
     """
     before, after = float(face.signed_distance(position)), face.signed_distance(points)
     is_reached = after + radius > NEAREST
@@ -123,12 +123,12 @@ def legs_off_face(
     face: FlatFace, rays: PropagationModel, position: Floats, scatterers: Scatterers, families: tuple[str, ...],
     frequency: float,
 ) -> Legs:  # fmt: skip
-    """Legs from the image of a position in a face, named as in open water, with what the face leaves of them.
+    """Legs from the image of a position in a face, with their names in open water and the reflection by the face.
 
     Args:
         face: The face.
         rays: Propagation model of the scene; its relief hides none of these legs.
-        position: North, east, depth of the sonar's end, in front of the face [m], shape (3,).
+        position: North, east, depth of transmitter or receiver, in front of the face [m], shape (3,).
         scatterers: End points in front of the face, n of them.
         families: Families from `face_families`.
         frequency: Frequency of the sound [Hz].
@@ -141,8 +141,8 @@ def legs_off_face(
     visibility, status, occluder = legs.visibility.copy(), legs.status.copy(), legs.occluder.copy()
     if not _is_alone_and_convex(face, scene):
         for row, family in enumerate(legs.families):
-            for part in _paths(face, family, position, scatterers.position, scene.seabed.depth):
-                hit = occluders_of_paths(scene, part, with_boxes=True)
+            for nodes in _paths(face, family, position, scatterers.position, scene.seabed.depth):
+                hit = occluders_of_paths(scene, nodes, with_boxes=True)
                 cut = (hit >= 0) & (status[row] == LegStatus.CLEAR)
                 visibility[row, cut], status[row, cut], occluder[row, cut] = 0, LegStatus.OCCLUDED, hit[cut]
     return replace(
@@ -152,12 +152,12 @@ def legs_off_face(
 
 
 def face_rows(legs: Legs, face: FlatFace, number: int, count: int, reached: Marks) -> Legs:
-    """Legs of the image as those of the sonar, to all points: named F, as they leave the sonar.
+    """Legs of the image as legs of the sonar to all points: with F in their names, and departures at the sonar.
 
     Args:
         legs: Legs from `legs_off_face`, to some of n points.
         face: The face.
-        number: Its number, from 0: that of the ray among those off all faces.
+        number: Index of the face, by which rays of all faces are numbered.
         count: Number of all faces.
         reached: True for the points that they reach, shape (n,); the others have no such leg.
     """
@@ -193,11 +193,11 @@ def face_rows(legs: Legs, face: FlatFace, number: int, count: int, reached: Mark
 def _size_factors(
     face: FlatFace, legs: Legs, image: Floats, points: Floats, scene: Scene, frequency: float
 ) -> Complexes:
-    """Part of each leg's pressure that a face of finite size reflects [1], shape (f, n).
+    """Pressure that a face of finite size reflects, re that of an unbounded one [1], shape (f, n).
 
-    A leg with bounces crosses the plane of the face on one of its straight parts, each of which is unfolded. Where the
-    face ends at a boundary that this part is reflected at, its image in the boundary goes on; another boundary shows
-    its image, so that a face that stands on it has no edge, and one above it a gap of twice its height.
+    A leg with bounces crosses the plane of the face on one of its straight segments, each of which is unfolded. A face
+    that ends at a boundary where this segment is reflected is continued by its image in the boundary. In another
+    boundary it has its image, so that a face on the boundary has no edge, and one above it a gap of twice its height.
     """
     bed = scene.seabed.depth
     speed = float(scene.water.sound_speed_at(float(np.clip(image[2], 0.0, bed))))
@@ -233,22 +233,28 @@ def _with_bed_image(strips: Floats, gap: Floats) -> tuple[Floats, Marks]:
 
 
 def _unfolded(letters: str, depth: Floats, bed: float) -> Floats:
-    """Depths to which a path would go on straight, in place of reflections before it ends at given depths [m]."""
+    """Depths at which a path would end if it were straight instead of reflected [m].
+
+    Args:
+        letters: Its reflections.
+        depth: Depths at which it ends [m].
+        bed: Depth of the seabed [m].
+    """
     return image_depth(letters[::-1] or DIRECT, 0.0, bed) + (-1) ** len(letters) * depth
 
 
-def _crossing_part(face: FlatFace, image: Floats, points: Floats) -> Floats:
+def _crossing_fraction(face: FlatFace, image: Floats, points: Floats) -> Floats:
     """Horizontal fraction of the path from an image to points before the plane of an upright face [1]."""
     before, after = -float(face.signed_distance(image)), face.signed_distance(points)
     return np.asarray(before / (before + after))
 
 
 def _rise_behind_face(face: FlatFace, legs: Legs, row: int, image: Floats, points: Floats) -> Floats:
-    """Depth gained along the whole direct leg by a straight line from its crossing of the face to its end [m], (n,).
+    """Increase of depth, over a whole direct leg, of the straight line from its crossing of the face to its point [m].
 
     A refracted ray is the cubic of its two ends and their slopes.
     """
-    t, reach = _crossing_part(face, image, points), np.hypot(*(points - image)[:, :2].T)
+    t, reach = _crossing_fraction(face, image, points), np.hypot(*(points - image)[:, :2].T)
     first, last = (
         reach * ray[:, 2] / np.maximum(np.hypot(ray[:, 0], ray[:, 1]), 1e-9)
         for ray in (legs.departure[row], legs.arrival[row])
@@ -259,23 +265,23 @@ def _rise_behind_face(face: FlatFace, legs: Legs, row: int, image: Floats, point
 
 
 def _is_alone_and_convex(face: FlatFace, scene: Scene) -> bool:
-    """True where no body can hide what a face reflects: it is a side of the one body, a block."""
+    """True where no body can occlude a reflection by the face: it is a side of the only body, a block."""
     return len(scene.occluders) == 1 and isinstance(scene.occluders[face.occluder], Box | Plate)
 
 
 def _paths(face: FlatFace, family: str, position: Floats, points: Floats, bed: float) -> tuple[Floats, Floats]:
-    """Straight parts of paths before and behind a face, each shape (n, k, 3) [m].
+    """Nodes of paths before and behind a face [m], two arrays of shape (n, k, 3).
 
     Args:
         face: The face.
         family: Family of the image.
-        position: North, east, depth of the sonar's end [m], shape (3,).
+        position: North, east, depth of transmitter or receiver [m], shape (3,).
         points: Ends of the paths [m], shape (n, 3).
         bed: Depth of the seabed [m].
     """
     letters, image = bounce_sequence(family), face.image(position)
     climb = _unfolded(letters, points[:, 2], bed) - image[2]
-    at, turns = _crossing_part(face, image, points), np.empty((len(letters), len(points)))
+    at, turns = _crossing_fraction(face, image, points), np.empty((len(letters), len(points)))
     travelled, depth = 0.0, float(image[2])
     for k, letter in enumerate(letters):
         goal = bed if letter == "B" else 0.0

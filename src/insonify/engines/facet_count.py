@@ -1,7 +1,7 @@
 """Number of patches or facets into which one ping splits a smooth target, estimated from a sample.
 
-Pieces are split as `insonify.engines.facet_subdivision` splits them, level by level; of the pieces of one level no
-more than a sample goes on, each for several.
+Pieces are split as in `insonify.engines.facet_subdivision`, step by step; of the pieces of one step no more than a
+sample is split further, and each represents several.
 """
 
 import numpy as np
@@ -20,14 +20,14 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 SAMPLE = 500
-"""Pieces of one level that are split further [1]."""
+"""Largest number of pieces of one subdivision step that are split further [1]."""
 
 
 def facet_count(
     scene: Scene, solid: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None = None,
 ) -> float:  # fmt: skip
-    """Estimated number of patches or facets of a target at one ping [1]; arguments see `smooth_facets`."""
+    """Estimated number of patches or facets of a target at one ping [1]; arguments are those of `smooth_facets`."""
     insonification = facet_subdivision.solid_insonification(scene, solid, path_settings, ping_geometry, slant, rays)
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
     if closed:

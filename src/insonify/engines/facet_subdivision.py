@@ -42,15 +42,15 @@ from insonify.validity import PhysicsWarning
 Floats = NDArray[np.float64]
 
 MAX_WAVEFRONT_PHASE = 0.03
-"""Most by which wavefronts may leave the plane of a triangle's middle, out and back together [rad]."""
+"""Largest phase between incident and scattered wavefronts together and their planes at a triangle's middle [rad]."""
 CORNER_DISTANCE = 0.6
-"""A corner lies no farther from the middle of a triangle than this part of its longest side [1]."""
+"""Largest distance of a corner from the middle of a triangle, re its longest side [1]."""
 DEEPER = 1.6
 """Extent along a ray of a triangle, which has six delays, re that of a patch, which has two along each side [1]."""
 CUT_RESOLUTION = 1 / 6
 """Length to which an oblique cut by the seabed or the surface is resolved [wavelengths]."""
 MAX_FACETS = 300_000
-"""Triangles of one target [1]."""
+"""Largest number of triangles of one target [1]."""
 
 
 def smooth_facets(
@@ -99,7 +99,7 @@ def joined_facets(parts: list[Scatterers]) -> Scatterers:
 
 
 def legs_at_sides(transmit_legs: Legs, receive_legs: Legs, scatterers: Scatterers, scene: Scene) -> tuple[Legs, Legs]:
-    """Transmit and receive legs to smooth patches and facets, with the delays of the sides whose part they have.
+    """Transmit and receive legs to smooth patches and facets, with the delays of those sides that rows stand for.
 
     Args:
         transmit_legs: Legs from the transmitter to the centres of n patches or facets.
@@ -123,7 +123,7 @@ def solid_insonification(
     scene: Scene, solid: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None,
 ) -> TargetInsonification:  # fmt: skip
-    """Insonification of a solid by one ping; arguments see `smooth_facets`."""
+    """Insonification of a solid by one ping; arguments are those of `smooth_facets`."""
     surface = world_triangles(solid, scene.seabed)
     ends = ping_geometry.transmit_position, ping_geometry.receive_position
     distance = min(float(np.linalg.norm(np.clip(end, surface.low, surface.high) - end)) for end in ends)
@@ -133,7 +133,7 @@ def solid_insonification(
 def _patches(
     scene: Scene, solid: Solid, closed: list[Panel], insonification: TargetInsonification
 ) -> tuple[Scatterers, bool]:
-    """A body in closed form as patches, and whether all are small enough."""
+    """A body in closed form as patches; True if all are small enough."""
     assert solid.face_reflection_coefficient is not None
     finest, complete = CUT_RESOLUTION * 2 * np.pi / insonification.wavenumber, True
     columns = [(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty((0, TERMS, 3)))]
@@ -154,7 +154,7 @@ def _patches(
 
 
 def _triangles(scene: Scene, solid: Solid, insonification: TargetInsonification) -> tuple[Scatterers, bool]:
-    """A mesh as flat facets, and whether all are small enough."""
+    """A mesh as flat facets; True if all are small enough."""
     assert solid.face_reflection_coefficient is not None
     corners, whole = split_triangles(towards(scene, solid, insonification), insonification)
     corners = clip_at_seabed(corners, scene.seabed)
@@ -194,7 +194,8 @@ def delay_nodes(corners: Floats, *, deep: bool) -> tuple[Floats, NDArray[np.int6
 def are_deep(scene: Scene, solid: Solid, insonification: TargetInsonification) -> bool:
     """Return True if facets of a mesh may be so large that the envelope of the pulse changes within their delays.
 
-    The same for all parts of a mesh: facets with one delay next to others with three would shine at common sides.
+    It is the same for all parts of a mesh: facets with one delay beside others with three give false echoes at common
+    sides.
     """
     surface, middle = world_triangles(whole_solid(solid), scene.seabed), _middle(scene, solid)
     sides = np.asarray(surface.corners) - np.roll(surface.corners, -1, axis=1)
@@ -227,7 +228,7 @@ def split_triangles(corners: Floats, insonification: TargetInsonification) -> tu
         insonification: The sonar.
 
     Returns:
-        Triangles of the same surface, and whether all are small enough.
+        Triangles of the same surface; True if all are small enough.
     """
     done = []
     held = 0
@@ -274,7 +275,7 @@ def halved(corners: Floats, is_long: NDArray[np.bool_]) -> Floats:
 
 
 def _receivable(corners: Floats, insonification: TargetInsonification) -> NDArray[np.bool_]:
-    """True for triangles within the window and above the floor of the beams, shape (t,)."""
+    """True for triangles within the window and the beam cutoff, shape (t,)."""
     middle = corners.mean(axis=1)
     radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1, initial=0.0)
     return insonification.reaches(middle, radius)

@@ -1,4 +1,4 @@
-"""Spread of glint legs about the leg off a calm surface: change of departure angles by a moving surface.
+"""Spread of glint legs about the leg reflected by a calm surface: change of departure angles by a moving surface.
 
 A facet of slope s reflects to the same position at another bounce point, so that its leg leaves the sonar at another
 elevation and bearing. Scatterers far off a beam by their geometric direction are then received through its main lobe,
@@ -40,9 +40,9 @@ class LegSpread(NamedTuple):
     """Amplitudes and directions of the coherent leg and the glints of one family at n distances."""
 
     coherent: Floats
-    """Pressure of the coherent leg re that off a calm surface [1], shape (n,)."""
+    """Pressure of the coherent leg re that reflected by a calm surface [1], shape (n,)."""
     glints: Floats
-    """Rms pressure of all glints together re the leg off a calm surface [1], shape (n,)."""
+    """Rms pressure of all glints together re the leg reflected by a calm surface [1], shape (n,)."""
     elevation_change: Floats
     """Change of a glint's elevation at the sonar per slope of the boundary along the path [rad], shape (n,).
 
@@ -86,11 +86,11 @@ class GlintSpread:
         return self.surface if letter == "S" else self.bed
 
     def spreads(self, family: str) -> bool:
-        """Return True for a family with a reflection off a rough boundary."""
+        """Return True for a family with a reflection at a rough boundary."""
         return any(self.boundary(letter) is not None for letter in bounce_sequence(family))
 
     def legs(self, family: str, source_depth: float, distance: Floats, depth: float) -> LegSpread | None:
-        """Spread of the legs of one family; None for one off smooth boundaries alone.
+        """Spread of the legs of one family; None without a reflection at a rough boundary.
 
         Args:
             family: Name of the family.
@@ -112,7 +112,7 @@ class GlintSpread:
             family: Name of a family with a rough bounce.
             position: North, east, depth of this end [m], shape (3,).
             centre: North and east of the neighbourhoods [m], shape (n, 2).
-            cones: Departure cones of the legs off a calm surface, n of them.
+            cones: Departure cones of the legs for a calm surface, n of them.
             depth: Depth of the boundary [m].
 
         Returns:
@@ -191,7 +191,7 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
     ]
     is_one_boundary = len(set(bounces)) == 1
     total = len(quanta) * quanta[0] if is_one_boundary else sum(quanta)
-    share = -np.expm1(-total)
+    glint_fraction = -np.expm1(-total)  # of the energy
     # slopes are those of a boundary in the mean over all bounces, and the coherent ones have none
     steepest = np.max([np.max(boundary) for boundary in slopes_of.values()])
     incoherent = np.maximum(-np.expm1(-(quanta[0] if is_one_boundary else total)), MIN_GLINT_FRACTION)
@@ -208,7 +208,9 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
                 tilt += scale * (np.sum(turned**2, axis=1) / slope**2 / 2)
             else:
                 turn += scale * (np.sum(turned[:, 1:2] ** 2, axis=1) / slope**2)
-    return LegSpread(np.exp(-total / 2), np.sqrt(share), np.sqrt(tilt) * slope_factor, np.sqrt(turn) * slope_factor)
+    return LegSpread(
+        np.exp(-total / 2), np.sqrt(glint_fraction), np.sqrt(tilt) * slope_factor, np.sqrt(turn) * slope_factor
+    )
 
 
 def _truncated(slope: Floats, steepest: Floats) -> Floats:
@@ -223,7 +225,7 @@ def _table(majorant: bytes, per_unit: float) -> Floats:
     bound = np.frombuffer(majorant)
     if not len(bound):
         return np.empty((0, 0))
-    # every few rows their largest: on both sides of the axis, and as at the end beyond it
+    # the largest of every few rows, on both sides of the axis; beyond the table its last value
     step = kernel.ROWS_PER_SPREAD_ROW
     rows = int(np.ceil(len(bound) / step)) + 1
     half = np.pad(bound, (0, rows * step - len(bound)), mode="edge")[::step] ** 4

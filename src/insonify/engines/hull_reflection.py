@@ -52,24 +52,24 @@ def with_hull(
     """Legs under a hull: those of the open sea, in its shadow where they pass it, and those between it and the seabed.
 
     Args:
-        legs: Transmit and receive legs of the open sea between one end and the scatterers; one object where alike.
+        legs: Transmit and receive legs of the open sea between one end and the scatterers; one object if equal.
         families: Families from `hull_families`.
-        rays: Propagation model of the open sea; for legs off the hull its scene's relief and targets take no part.
+        rays: Propagation model of the open sea; legs by the hull disregard relief and targets of its scene.
         plate: The hull's underside.
         sonar_end: The end.
         scatterers: End points of the legs, n of them.
         frequency: Frequency of the sound [Hz].
-        seed: Seed of the glints off a rough seabed; None: reflections off it keep their coherent part alone.
+        seed: Seed of the glints of a rough seabed; None: its reflections have their coherent part alone.
 
     Returns:
         Transmit legs and receive legs.
     """
     (transmit, receive), scene, position = legs, rays.scene, sonar_end.position
     shadow = plate_factors(transmit, plate, position, scatterers.position, scene, frequency)
-    dimmed = transmit.times(shadow)
-    both = dimmed, dimmed
+    shadowed = transmit.times(shadow)
+    both = shadowed, shadowed
     if receive is not transmit:
-        both = dimmed, replace(receive, reflection_coefficient=dimmed.reflection_coefficient)
+        both = shadowed, replace(receive, reflection_coefficient=shadowed.reflection_coefficient)
     if not families or scatterers.boundary == "surface":
         return both
     under = _legs_off_hull(families, rays, plate, sonar_end, scatterers, frequency, seed)
@@ -104,8 +104,8 @@ def _legs_off_hull(
     roughness = None if seed is None else bed_roughness(scene.seabed, frequency, speed)
     terrain = scene.seabed.terrain
     if terrain is not None and (roughness is None or not terrain.relief.is_waves):
-        left = relief_roughness_factor(legs, end.position, terrain, speed / frequency, bed)
-        legs = legs.times(left)
+        coherent = relief_roughness_factor(legs, end.position, terrain, speed / frequency, bed)
+        legs = legs.times(coherent)
     both = legs, legs
     if roughness is not None and seed is not None:
         moved = replace(roughness, depth=bed)
@@ -139,14 +139,14 @@ def plate_factors(
         bounces, crossings, first, last = _unfolded_depths(family, position[2], hull, scene.seabed.depth)
         total_travel = np.maximum(last[0] + np.abs(points[:, 2] - last[1]), 1e-9)
         for at, passes in [(at, False) for at in bounces] + [(at, True) for at in crossings]:
-            part = np.clip(at / total_travel, 0.0, 1.0)
-            crossing = position[:2] + part[:, None] * (points[:, :2] - position[:2])
+            fraction = np.clip(at / total_travel, 0.0, 1.0)
+            crossing = position[:2] + fraction[:, None] * (points[:, :2] - position[:2])
             if legs.glints is not None and legs.glints.bounce_id[row] >= 0:
                 ends = position[:2], points[:, :2]
                 crossing = _displaced(at, (first, last[0], total_travel), ends, legs.departure[row], legs.arrival[row])
             length = legs.length[row]
-            within = rectangle_factor(plate, crossing, length * part, length * (1 - part), wavelength)
-            if passes:  # a path that ends before it comes back to the hull's depth does not cross it again
+            within = rectangle_factor(plate, crossing, length * fraction, length * (1 - fraction), wavelength)
+            if passes:  # a path that ends before it returns to the hull's depth does not cross it again
                 within = np.where(at <= total_travel, 1 - within, 1.0)
             factor[row] *= within
     return factor
@@ -199,8 +199,8 @@ def rectangle_factor(plate: HullPlate, position: Floats, before: Floats, after: 
     scale = np.sqrt(2 * (before + after) / (wavelength * np.maximum(before * after, 1e-12)))
     product = np.ones(np.shape(scale), complex)
     for axis, half in zip(plate.axes, plate.half_size, strict=True):
-        off = (position - plate.centre[:2]) @ axis
-        (s0, c0), (s1, c1) = fresnel((-half - off) * scale), fresnel((half - off) * scale)
+        offset = (position - plate.centre[:2]) @ axis
+        (s0, c0), (s1, c1) = fresnel((-half - offset) * scale), fresnel((half - offset) * scale)
         product = product * (1 + 1j) / 2 * ((c1 - c0) - 1j * (s1 - s0))
     return product
 
@@ -208,7 +208,18 @@ def rectangle_factor(plate: HullPlate, position: Floats, before: Floats, after: 
 def _unfolded_depths(
     family: str, start: float, hull: float, bed: float
 ) -> tuple[list[float], list[float], float, tuple[float, float]]:
-    """Vertical travel to the hull's reflections, to passages of it, to the first bounce, to the last; its depth [m]."""
+    """Vertical distances travelled along a path with reflections.
+
+    Args:
+        family: Family of the path.
+        start: Depth at which it begins [m].
+        hull: Depth of the hull [m].
+        bed: Depth of the seabed [m].
+
+    Returns:
+        Vertical travel to each reflection at the hull [m]; to each passage of its depth on the path to and from the
+        surface [m]; to the first bounce [m]; to the last bounce, and the depth of that [m].
+    """
     turning = {"B": bed, "S": 0.0, "H": hull}
     travel, depth, bounces, crossings = 0.0, start, [], []
     for letter in bounce_sequence(family):
@@ -217,8 +228,8 @@ def _unfolded_depths(
             bounces.append(travel)
         elif letter == "S":
             crossings += [travel - hull, travel + hull]
-    string = bounce_sequence(family)
-    first = abs(turning[string[0]] - start) if string else 0.0
+    letters = bounce_sequence(family)
+    first = abs(turning[letters[0]] - start) if letters else 0.0
     return bounces, crossings, first, (travel, depth)
 
 

@@ -1,4 +1,4 @@
-"""Points whose legs and pairs are held at once: what bounds the memory of a ping, whatever is in the scene."""
+"""Number of points whose legs and pairs are held at once, by which the memory of a ping is bounded in any scene."""
 
 from insonify.propagation.explicit_surface import MAX_BOUNCE_POINTS
 from insonify.propagation.families import bounce_sequence, families_reaching, surface_bounces
@@ -8,19 +8,19 @@ from insonify.scene.scatterers import Boundary, Scatterers
 from insonify.scene.scene import Scene
 
 BYTES_AT_ONCE = 256e6
-"""Memory for the legs and pairs of one block, about [bytes]."""
+"""Approximate memory for the legs and pairs of one block [bytes]."""
 BYTES_PER_LEG, BYTES_PER_PAIR, BYTES_PER_SPECULAR_PAIR = 350, 40, 130
 """Memory for one leg and one ordered pair of legs to one point, drawn or smooth [bytes]."""
 BOUNCES = 3
-"""Bounce points of one leg off explicit waves, about: the mean [1]."""
+"""Approximate mean number of bounce points of one leg that explicit waves reflect [1]."""
 MIN_POINTS = 16
-"""Points that are held at least."""
+"""Least number of points that are held."""
 
 
 def legs_per_point(
     scene: Scene, path_settings: PathSettings, boundary: Boundary, *, drawn: bool, further: int = 0
 ) -> int:
-    """Number of legs between one end and one point: one for each family; more for those off rough boundaries.
+    """Number of legs between one end and one point: one for each family, and more for reflections at rough boundaries.
 
     A moving surface and a rough seabed add glints; explicit waves have several bounce points, each with its own glints.
     A hull and smooth faces add legs.
@@ -30,7 +30,7 @@ def legs_per_point(
         path_settings: Path settings.
         boundary: Boundary that the point lies on.
         drawn: True for a random scatterer; False for point targets and smooth faces, which have more glints.
-        further: Legs off a hull and off faces that light the point.
+        further: Number of legs reflected by a hull, and by faces that reflect sound to the point.
     """
     kept = families_reaching(boundary, path_settings.followed_families)
     if scene.surface.reflection == "explicit":
@@ -45,14 +45,20 @@ def legs_per_point(
 def bytes_per_point(
     scene: Scene, path_settings: PathSettings, boundary: Boundary, *, drawn: bool, further: int = 0
 ) -> float:
-    """Memory that the legs and pairs of one point take [bytes]: arguments see `legs_per_point`."""
+    """Memory for the legs and pairs of one point [bytes]; arguments are those of `legs_per_point`."""
     return _bytes_of_legs(legs_per_point(scene, path_settings, boundary, drawn=drawn, further=further), drawn)
 
 
 def points_at_once(scene: Scene, path_settings: PathSettings, scatterers: Scatterers, further: int = 0) -> int:
-    """Points of a block whose legs are made at once, with further legs to each off a hull and off faces.
+    """Number of points of a block whose legs are evaluated at once.
 
-    Off explicit waves the number of legs is not yet known: of so many points that the most legs, three times, fit.
+    With explicit waves the number of legs is not yet known: a third of the budget then holds the largest number.
+
+    Args:
+        scene: The scene.
+        path_settings: Path settings.
+        scatterers: The block.
+        further: Number of further legs to each point, reflected by a hull and by faces.
     """
     drawn, most = scatterers.has_random_phase, 0
     if scene.surface.reflection == "explicit":
@@ -63,17 +69,17 @@ def points_at_once(scene: Scene, path_settings: PathSettings, scatterers: Scatte
     count = points_of_legs(
         legs_per_point(scene, path_settings, scatterers.boundary, drawn=drawn, further=further), drawn=drawn
     )
-    return max(min(count, int(_share(drawn) / 3 / max(most * BYTES_PER_LEG, 1.0))), MIN_POINTS)
+    return max(min(count, int(_budget(drawn) / 3 / max(most * BYTES_PER_LEG, 1.0))), MIN_POINTS)
 
 
 def points_of_legs(legs: int, *, drawn: bool) -> int:
-    """Points whose pairs are made at once.
+    """Number of points whose pairs are evaluated at once.
 
     Args:
         legs: Number of legs between one end and one point.
         drawn: See `legs_per_point`.
     """
-    return max(int(_share(drawn) / max(_bytes_of_legs(legs, drawn), 1.0)), MIN_POINTS)
+    return max(int(_budget(drawn) / max(_bytes_of_legs(legs, drawn), 1.0)), MIN_POINTS)
 
 
 def _bytes_of_legs(legs: int, drawn: bool) -> float:
@@ -81,6 +87,6 @@ def _bytes_of_legs(legs: int, drawn: bool) -> float:
     return legs * BYTES_PER_LEG + legs**2 * (BYTES_PER_PAIR if drawn else BYTES_PER_SPECULAR_PAIR)
 
 
-def _share(drawn: bool) -> float:
-    """Part of the budget for one block: half of it for point targets and smooth faces [bytes]."""
+def _budget(drawn: bool) -> float:
+    """Memory budget of one block: half of `BYTES_AT_ONCE` for point targets and smooth faces [bytes]."""
     return BYTES_AT_ONCE if drawn else BYTES_AT_ONCE / 2

@@ -31,7 +31,7 @@ def counted_once(
 
     Args:
         section: Cross sections by the whole law [1], shape (p, n).
-        transmit: Transmit legs, some of them off glints of the seabed.
+        transmit: Transmit legs, some of them reflected by glints of the seabed.
         receive: Receive legs.
         pair: Row of the transmit and of the receive leg of each ordered pair, shape (p, 2).
         normal: Normals of the seabed at the scatterers, shape (n, 3).
@@ -71,10 +71,10 @@ def without_face_echoes(
     section: Floats, transmit: Legs, receive: Legs, pair: NDArray[np.int64], normal: Floats, interface: CompiledLaw,
     target_families: Iterable[str],
 ) -> Floats:  # fmt: skip
-    """Cross sections of pairs at the seabed less what smooth faces have in their own echoes [1], shape (p, n).
+    """Cross sections of pairs at the seabed without paths that are also echoes of smooth faces [1], shape (p, n).
 
-    A path off the seabed near the specular direction and off a face, D-F, is also the echo of that face by a bottom
-    bounce, B-D: its coherent part and its glints have all of the reflected energy.
+    A path that the seabed scatters near the specular direction and a face reflects, D-F, is also the echo of that face
+    by a bottom bounce, B-D: its coherent part and its glints have all of the reflected energy.
 
     Args:
         section: Cross sections [1], shape (p, n).
@@ -117,18 +117,18 @@ def is_face_echo(transmit: str, receive: str, followed: set[str]) -> bool:
 
 
 def _near_specular(transmit: Legs, receive: Legs, i: int, j: int) -> NDArray[np.int64]:
-    """Points at which a pair of legs is near the specular direction of the level seabed: within what glints have."""
+    """Points at which a pair of legs is as near the specular direction of the flat seabed as glints are, shape (k,)."""
     change = np.hypot(*(transmit.arrival[i, :, :2] + receive.arrival[j, :, :2]).T)
     return np.flatnonzero(change < 1 / SLOPE_CUT)
 
 
 def other_scatterers(transmit: str, receive: str, followed: Iterable[str]) -> tuple[int, int]:
-    """Bottom bounces of a pair's legs at which the same path has its scatterer in another pair.
+    """Numbers of bottom bounces of a pair's legs at which the same path has its scatterer in another pair.
 
     Args:
         transmit: Family of the transmit leg.
         receive: Family of the receive leg.
-        followed: Families that reach the seabed, as legs of bounces.
+        followed: Families that reach the seabed, as letters of their bounces.
 
     Example:
         >>> other_scatterers("BH", "D", {"", "BH"})

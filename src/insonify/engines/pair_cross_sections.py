@@ -15,7 +15,10 @@ def cross_sections(
     scatterers: Scatterers, law: Law, transmit_legs: Legs, receive_legs: Legs, pair: NDArray[np.int64],
     amplitude_weight: NDArray[np.float32] | None = None,
 ) -> Floats:  # fmt: skip
-    """Cross section of each ordered pair [1], shape (p, n); missing legs and pairs get zero weight later."""
+    """Cross section of each ordered pair, per area on boundaries and faces [1], of point targets [m^2], shape (p, n).
+
+    Values for legs that do not exist and pairs that are not evaluated are undefined; they get zero weight later.
+    """
     i, j = pair.T
     if transmit_legs.arrival is receive_legs.arrival:
         # every law is reciprocal: the two orders of a pair are evaluated once
@@ -58,8 +61,9 @@ def _compiled_sections(
     return sections
 
 
-def _azimuth(normal: Floats, arriving: Floats, leaving: Floats) -> Floats:
-    """Bistatic azimuth between two rays towards the scatterer, in its plane, pi for backscatter [rad]."""
-    a, b = (ray - np.sum(ray * normal, axis=-1, keepdims=True) * normal for ray in (arriving, leaving))
+def _azimuth(normal: Floats, transmit_arrival: Floats, receive_arrival: Floats) -> Floats:
+    """Bistatic azimuth of two legs in the plane of the interface, pi for backscatter [rad], by their arrivals."""
+    arrivals = transmit_arrival, receive_arrival
+    a, b = (ray - np.sum(ray * normal, axis=-1, keepdims=True) * normal for ray in arrivals)
     cross = np.sum(np.cross(a, b) * normal, axis=-1)
     return np.asarray(np.pi - np.abs(np.arctan2(cross, np.sum(a * b, axis=-1))))

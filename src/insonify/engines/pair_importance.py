@@ -41,9 +41,9 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.floating[Any]]
 
 RANGE_BINS = 64
-"""Range bins of distance in which the same families are received."""
+"""Number of range bins of horizontal distance, in each of which the same families are received."""
 BEARINGS = 16
-"""Bearings at which beams are evaluated, besides those that they point to."""
+"""Number of bearings at which beams are evaluated, besides those of their axes."""
 RANGE_MARGIN = 1.25
 """Largest distance of the seabed re that of the last arrival in the window [1]."""
 MAX_CHANNELS = 8
@@ -54,9 +54,12 @@ is its fraction re this, so that no echo is stronger than there [1]."""
 REFLECTED = 0.5
 """Modulus of the reflection coefficient of the seabed assumed for pairs with bottom bounces [1]."""
 ELEVATION_DEVIATIONS = (-1.84, -1.12, -0.68, -0.33, 0.33, 0.68, 1.12, 1.84)
-"""Deviations of a leg's elevation off a moving surface, besides none, over their standard one: equally likely [1]."""
+"""Deviations of the elevation of a leg that a moving surface reflects, besides 0, re the standard deviation [1].
+
+These nine are equally likely.
+"""
 MIN_KEEP_PROBABILITY = 1 / 32
-"""Smallest keep probability of a pair that is not dropped."""
+"""Smallest keep probability of a pair that is not dropped [1]."""
 
 _UNIT_EDGES = np.linspace(0, 1, RANGE_BINS + 1) ** 1.5
 """Edges of the range bins re the largest distance [1], (RANGE_BINS + 1,)."""
@@ -69,7 +72,7 @@ class PairSelection:
     """Families and pairs of one ping at n scatterers of the seabed."""
 
     families: tuple[str, ...]
-    """Families that are followed, f of them; the first always."""
+    """Families that are followed, f of them; always with the first one."""
     needed: NDArray[np.bool_] | None
     """True: any pair of each family is evaluated at a scatterer, shape (f, n); None: all are everywhere."""
     sampling: PairSampling | None
@@ -80,7 +83,7 @@ class PairSelection:
 
         Args:
             transmit_families: Family of the transmit leg of each pair.
-            receive_families: The same of the receive leg.
+            receive_families: Family of the receive leg of each pair.
         """
         if self.sampling is None:
             return None
@@ -105,7 +108,7 @@ def select_pairs(
         energy_fraction: Result of `pair_energy_fractions`, shape (f, f, RANGE_BINS).
         ping_geometry: The sonar at this ping.
         position: North, east, depth of the positions [m], shape (n, 3).
-        scatterer_id: Their keys, shape (n,).
+        scatterer_id: Their scatterer ids, shape (n,).
         seed: Seed of the scatterers.
     """
     low, high = random_keys.stream_key(seed, random_keys.PAIR_SAMPLING)
@@ -134,7 +137,7 @@ def select_pairs(
 def _bin_lookup() -> NDArray[np.uint8]:
     """Range bin that each even part of the distance begins in; parts half as long as the shortest range bin."""
     parts = int(2 / _UNIT_EDGES[1])
-    # a hair inwards: a part that begins on an edge may be rounded to before it
+    # 1e-9 inwards: a part that begins on an edge may be rounded to before it
     return (np.searchsorted(_UNIT_EDGES, np.arange(parts) / parts - 1e-9, side="right") - 1).clip(0).astype(np.uint8)
 
 
@@ -165,9 +168,9 @@ def _sampled(energy_fraction: Floats) -> tuple[NDArray[np.float32], NDArray[np.f
 
 
 def _keep_probabilities(energy_fraction: Floats) -> Floats:
-    """Part of the scatterers at which each pair is evaluated, the same for both orders, shape of `energy_fraction`.
+    """Keep probability of each pair, the same for both orders [1], shape of `energy_fraction`.
 
-    A range bin has the largest keep probability of its neighbours, for the seabed is not level.
+    A range bin has the largest keep probability of its neighbours, because the seabed is not flat.
     """
     keep_probability = np.clip(
         (energy_fraction + energy_fraction.swapaxes(0, 1)) / FULL_SAMPLING_FRACTION, MIN_KEEP_PROBABILITY, 1.0
@@ -193,7 +196,7 @@ def _elevation_cells(ping_geometry: PingGeometry) -> float:
 def significant_families(
     families: tuple[str, ...], energy_fraction: Floats, ping_geometry: PingGeometry, span: slice
 ) -> tuple[str, ...]:
-    """Families that are not negligible in some range bins; the first always.
+    """Families that are not negligible in some range bins, always with the first one.
 
     A range bin has the families of its neighbours too, because of the relief. Recorded elements may be steered to
     weak pairs, so the threshold is divided by the number of elements.
@@ -202,7 +205,7 @@ def significant_families(
         families: Families that reach the seabed.
         energy_fraction: Result of `pair_energy_fractions`, shape (f, f, RANGE_BINS).
         ping_geometry: The sonar at this ping.
-        span: Range bins that the positions lie in.
+        span: Range bins in which the positions lie.
     """
     elements = 1 if ping_geometry.elements is None else len(ping_geometry.elements.positions)
     own = (energy_fraction.sum(axis=0) + energy_fraction.sum(axis=1))[:, max(span.start - 1, 0) : span.stop + 1]
@@ -215,7 +218,7 @@ def pair_energy_fractions(
     scene: Scene, terrain: SeabedTerrain | None, ping_geometry: PingGeometry, families: tuple[str, ...], law: Law,
     rays: PropagationModel | None = None,
 ) -> Floats:  # fmt: skip
-    """Energy of each pair re all that arrives with it, the largest of any channel [1], (f, f, RANGE_BINS).
+    """Energy of each pair re all that arrives at the same time, the largest of any channel [1], (f, f, RANGE_BINS).
 
     Args:
         scene: The scene.
@@ -267,11 +270,11 @@ class _MeanLegs(NamedTuple):
     delay: Floats
     """One-way travel times [s], (f, n)."""
     departure: Floats
-    """Directions at the sonar, (f, n, 3)."""
+    """Directions of travel at the sonar [1], (f, n, 3)."""
     arrival: Floats
-    """Directions at the points, (f, n, 3)."""
+    """Directions of travel at the points [1], (f, n, 3)."""
     power: Floats
-    """Powers re 1 m over a seabed that reflects all, but for what its roughness takes [m^-2], (f, n)."""
+    """Intensities re that at 1 m, with roughness, over a seabed of reflection coefficient 1 [m^-2], (f, n)."""
 
 
 def _legs(
@@ -306,7 +309,7 @@ def _refracted(
     straight: _MeanLegs, rays: PropagationModel, position: NDArray[np.float64], points: NDArray[np.float64],
     families: tuple[str, ...], frequency: float,
 ) -> _MeanLegs:  # fmt: skip
-    """Legs by refracted rays: powers of all rays of a family, times and directions of the strongest.
+    """Legs by refracted rays: intensity of all rays of a family, times and directions of the strongest.
 
     A family without a ray has no power, and the time and directions of its straight leg.
     """
@@ -332,9 +335,9 @@ def _refracted(
 def _elevation_spreads(
     sea: GlintSpread | None, families: tuple[str, ...], source_depth: float, distance: Floats, depth: float
 ) -> Floats:
-    """Standard deviation of the elevation at which legs leave, by what glints of them there are [rad], (f, n).
+    """Standard deviation of the elevation at which legs with their glints leave the sonar [rad], (f, n).
 
-    Spreads in bearing are left out: what one bearing loses by them, others gain.
+    Spreads in bearing are left out: gains are means over all bearings.
 
     Args:
         sea: The moving surface; None: it is still.
@@ -352,15 +355,15 @@ def _elevation_spreads(
 
 
 def _gains(
-    ping_geometry: PingGeometry, transmit_departure: Floats, receive_departure: Floats, rises: list[Floats]
+    ping_geometry: PingGeometry, transmit_departure: Floats, receive_departure: Floats, elevation_spreads: list[Floats]
 ) -> Floats:
-    """Two-way gain of each channel for each pair of families, mean square over all bearings [1], (c, f, f, n).
+    """Two-way beam gain (intensity) of c channels for each pair of families, mean over all bearings [1], (c, f, f, n).
 
     Args:
         ping_geometry: The sonar.
-        transmit_departure: Directions to the north in which the transmit legs leave, (f, n, 3).
-        receive_departure: The same of the legs from the receiver, (f, n, 3).
-        rises: Result of `_elevation_spreads` for the transmit leg and for the receive leg.
+        transmit_departure: Directions of travel at the transmitter of legs to the north [1], (f, n, 3).
+        receive_departure: Directions at the receiver of legs to the north, followed from it [1], (f, n, 3).
+        elevation_spreads: Result of `_elevation_spreads` for the transmit leg and for the receive leg.
     """
     channels = np.unique(np.linspace(0, ping_geometry.channel_count - 1, MAX_CHANNELS).astype(int))
     if ping_geometry.elements is not None:
@@ -376,20 +379,20 @@ def _gains(
         down = into[..., 2] + 0 * bearing
         return np.stack([horizontal * np.cos(bearing), horizontal * np.sin(bearing), down], axis=-1)
 
-    def energy(beams: Beams, into: Floats, rows: NDArray[np.intp], rise: Floats) -> Floats:
+    def energy(beams: Beams, into: Floats, rows: NDArray[np.intp], deviation: Floats) -> Floats:
         path, chosen = leaving(into), beams.subset(rows)
         mean = chosen.gain(path) ** 2
-        if rise.any():
+        if deviation.any():
             horizontal, down = np.hypot(path[..., 0], path[..., 1]), np.arcsin(np.clip(path[..., 2], -1, 1))
-            for off in ELEVATION_DEVIATIONS:
-                turned = down + off * rise
+            for multiple in ELEVATION_DEVIATIONS:
+                turned = down + multiple * deviation
                 flat = path[..., :2] * (np.cos(turned) / np.maximum(horizontal, 1e-12))[..., None]
                 mean += chosen.gain(np.concatenate([flat, np.sin(turned)[..., None]], axis=-1)) ** 2
             mean /= 1 + len(ELEVATION_DEVIATIONS)
         return np.asarray(mean)
 
-    transmit_energy = energy(transmit_beams, transmit_departure, outwards[0], rises[0])
-    receive_energy = energy(receive_beams, receive_departure, outwards[1], rises[1])
+    transmit_energy = energy(transmit_beams, transmit_departure, outwards[0], elevation_spreads[0])
+    receive_energy = energy(receive_beams, receive_departure, outwards[1], elevation_spreads[1])
     return np.asarray(np.einsum("cbin,cbjn->cijn", transmit_energy, receive_energy))
 
 
@@ -400,11 +403,11 @@ def _axis(beams: Beams, rows: NDArray[np.intp]) -> Floats:
     return np.asarray(np.concatenate([forward, aside], axis=1) @ beams.axes)
 
 
-def _cross_section(law: Law, arriving: Floats, leaving: Floats) -> Floats:
-    """Cross section of a flat seabed for a transmit leg and a receive leg by their directions of arrival, (n,)."""
+def _cross_section(law: Law, transmit_arrival: Floats, receive_arrival: Floats) -> Floats:
+    """Cross section per area of a flat seabed for n pairs of legs, by directions of travel at it [1], (n,)."""
     if isinstance(law, CompiledLaw):
-        normal = np.zeros((3, len(arriving)))
+        normal = np.zeros((3, len(transmit_arrival)))
         normal[2] = -1.0
-        return np.asarray(law.cross_section(arriving.T, -leaving.T, normal), float)
-    into, off = (np.arcsin(np.clip(path[:, 2], 0, 1)) for path in (arriving, leaving))
-    return np.asarray(law.cross_section(into, off, np.array(np.pi)))
+        return np.asarray(law.cross_section(transmit_arrival.T, -receive_arrival.T, normal), float)
+    incident, scattered = (np.arcsin(np.clip(path[:, 2], 0, 1)) for path in (transmit_arrival, receive_arrival))
+    return np.asarray(law.cross_section(incident, scattered, np.array(np.pi)))

@@ -11,14 +11,15 @@ from insonify.engines.terrain_occlusion import TerrainOcclusion
 from insonify.recent_results import RecentResults
 
 MAX_PARTS = 16
-"""Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
+"""Largest number of parts into which a ping's blocks are divided; it does not depend on the number of threads."""
 MAX_ACCUMULATOR_BYTES = 64 << 20
-"""Memory beyond which there are fewer parts, down to `MIN_PARTS`: to add them up costs time too [bytes]."""
+"""Memory of all parts beyond which there are fewer, down to `MIN_PARTS`: to add them takes time too [bytes]."""
 MIN_PARTS = 2
+"""Least number of parts."""
 SCATTERERS_PER_BLOCK = 98304
-"""Scatterers in a block, about twice as many as are kept: enough to make the cost of Python small."""
+"""Number of scatterers that fill a block: so many that the cost of Python is small."""
 MIN_TILE_COST = 4
-"""Scatterers of a block that one more tile counts for at least."""
+"""Number of scatterers as which a tile counts in a block, in addition to its own."""
 
 
 class WorkerPool(Protocol):
@@ -42,10 +43,10 @@ class SerialPool:
 
 
 def parts_of(size: int) -> int:
-    """Parts that a ping's blocks are shared into: fewer where each holds a large array's sound.
+    """Number of parts into which a ping's blocks are divided: fewer where each part has a large accumulator.
 
     Args:
-        size: Size of one part [bytes].
+        size: Memory of the accumulator of one part [bytes].
     """
     return min(max(MAX_ACCUMULATOR_BYTES // max(size, 1), MIN_PARTS), MAX_PARTS)
 
@@ -54,7 +55,7 @@ def cut_into_blocks(count: NDArray[np.float64]) -> list[slice]:
     """Rows of tiles, cut where a block is full; at least one block.
 
     Args:
-        count: Scatterers of each tile that are likely to be drawn, shape (n,).
+        count: Expected number of scatterers of each tile [1], shape (n,).
     """
     full = np.cumsum(count + MIN_TILE_COST) // SCATTERERS_PER_BLOCK
     edges = [0, *(np.flatnonzero(np.diff(full)) + 1).tolist(), len(count)]

@@ -18,17 +18,17 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MAX_CUBIC_PHASE = 0.01
-"""Most phase of third or fourth order over a patch that is left out [rad]."""
+"""Largest phase of third or fourth order over a patch that is neglected [rad]."""
 MAX_NORMAL_TURN = 0.07
-"""Most by which the normal turns from the middle of a patch to its edge [rad]."""
+"""Largest angle between the normals in the middle of a patch and at its edge [rad]."""
 SHALLOW = 0.1
-"""Extent along a ray, re the largest, up to which a patch has one delay [1]."""
+"""Extent along a ray, re the largest permitted, up to which a patch has one delay [1]."""
 MAX_MIXED_PHASE = 0.8
-"""Most mixed phase of second order, whose exponential is kept to second order [rad]."""
+"""Largest mixed phase of second order, whose exponential is expanded to second order [rad]."""
 TOUCHING = 1e-6
 """Height above the seabed, or depth below the surface, at which a face touches it [m]."""
 MAX_PATCHES = 300_000
-"""Patches of one target [1]."""
+"""Largest number of patches of one target [1]."""
 
 
 class Lobe(NamedTuple):
@@ -37,7 +37,7 @@ class Lobe(NamedTuple):
     axis: Floats
     """Unit vector in the world, shape (3,)."""
     width: float
-    """Difference of direction cosines that a patch may span [1]."""
+    """Largest difference of direction cosines that a patch may span [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,15 +50,15 @@ class TargetInsonification:
     """Largest wavenumber in the water [rad/m]."""
     lobes: tuple[Lobe, ...]
     max_range_extent: float
-    """Extent along a ray that a patch may have [m]."""
+    """Largest extent of a patch along a ray [m]."""
     max_side: float
-    """Side that a patch may have [m]."""
+    """Largest side of a patch [m]."""
     max_deviation: float
-    """Sine by which rays may arrive off the straight lines from the images [1]."""
+    """Sine of the largest angle between rays and the straight lines from the images [1]."""
     path_length_limits: tuple[float, float]
-    """Shortest and longest two-way path that is received [m]."""
+    """Shortest and longest path from transmitter to receiver that is received [m]."""
     may_receive: Callable[[Floats, Floats], Mask]
-    """Given middles (n, 3) and radii (n,) [m]: True where the beams may receive more than their floor."""
+    """Function of centres (n, 3) and radii (n,) of spheres [m]: True where the gain may reach the beam cutoff."""
     face_images: tuple[Floats, Floats] = (np.zeros((0, 3)), np.zeros((0, 3)))
     """Positions of the images of both ends in faces, which light points only, not patches [m], shapes (k, 3)."""
 
@@ -69,7 +69,7 @@ class TargetInsonification:
         return np.concatenate([self.images[0], sent]), np.concatenate([self.images[1], received])
 
     def reaches(self, middle: Floats, radius: Floats) -> Mask:
-        """True for spheres within the window and above the floor of the beams, shape (n,).
+        """True for spheres within the window and the beam cutoff, shape (n,).
 
         Args:
             middle: Centres of the spheres [m], shape (n, 3).
@@ -87,19 +87,23 @@ class TargetInsonification:
 
 
 class Patches(NamedTuple):
-    """Pieces of a panel: rectangles of its parameters s and t."""
+    """Pieces of a panel, n of them: rectangles of its parameters s and t, each column of shape (n,)."""
 
     s: Floats
+    """Parameter s in the middle."""
     t: Floats
+    """Parameter t in the middle."""
     half_s: Floats
+    """Half extent in s."""
     half_t: Floats
+    """Half extent in t."""
 
     def take(self, rows: Mask | NDArray[np.int64]) -> "Patches":
-        """Some of them."""
+        """The patches of some rows."""
         return Patches(*(column[rows] for column in self))
 
     def halved(self, along_s: Mask) -> "Patches":
-        """Each as two, halved along s, or else along t."""
+        """Two patches for each: halved along s where `along_s` is True, else along t."""
         half_s = np.where(along_s, self.half_s / 2, self.half_s)
         half_t = np.where(along_s, self.half_t, self.half_t / 2)
         step_s, step_t = np.where(along_s, half_s, 0), np.where(along_s, 0, half_t)
@@ -127,7 +131,7 @@ def subdivide(panel: Panel, insonification: TargetInsonification) -> tuple[Patch
     """Patches of a panel that one ping may receive, small enough for their closed form.
 
     Returns:
-        The patches, and whether all are small enough.
+        The patches; True if all are small enough.
     """
     done: list[Patches] = []
     patch_count, open_ones = 0, initial_patches(panel)
@@ -159,7 +163,7 @@ def _rays(position: Floats, image: Floats) -> tuple[Floats, Floats]:
 
 
 def _receivable(d: PanelDerivatives, patches: Patches, insonification: TargetInsonification) -> Mask:
-    """True for patches that face both ends, within the window and above the floor of the beams, shape (n,)."""
+    """True for patches that face both ends of the sonar, within window and beam cutoff, shape (n,)."""
     radius = np.linalg.norm(d.s, axis=1) * patches.half_s + np.linalg.norm(d.t, axis=1) * patches.half_t
     radius += np.linalg.norm(d.tt, axis=1) * patches.half_t**2 / 2
     normal = outward_normals(d)
@@ -251,7 +255,7 @@ def _sizes(d: PanelDerivatives, patches: Patches, insonification: TargetInsonifi
 
 
 def clip_to_water(panel: Panel, patches: Patches, clear: Callable[[Floats], Floats], finest: float) -> Patches:
-    """The parts of patches in the water: cut along a level, or left out.
+    """The parts of patches in the water; patches are divided at the boundary, or left out.
 
     Args:
         panel: What they are patches of.
@@ -292,17 +296,28 @@ def _at_corners(panel: Panel, patches: Patches, clear: Callable[[Floats], Floats
 
 
 def _cut(patches: Patches, clearance: Floats, sides: Floats, free: Mask, finest: float) -> tuple[Patches, Mask]:
-    """Patches that a boundary crosses from edge to edge, cut where it does; and which are done with then."""
+    """Cut patches that a boundary crosses from edge to edge.
+
+    Args:
+        patches: The patches, n of them.
+        clearance: Distance of their corners from the boundary, positive in the water [m], (4, n).
+        sides: Lengths of their sides along s and t [m], (2, n).
+        free: True for patches wholly in the water, (n,).
+        finest: Length to which an oblique cut is resolved [m].
+
+    Returns:
+        The patches, of which those crossed end at the boundary; True for these and for the free ones, (n,).
+    """
     columns, done = [column.copy() for column in patches], free.copy()
     for axis, (low, high) in enumerate((((0, 1), (2, 3)), ((0, 2), (1, 3)))):
         before, after = clearance[list(low)], clearance[list(high)]
         for first, last, sign in ((before, after, 1), (after, before, -1)):  # in the water at the first edge
             crossed = ~done & (first > 0).all(axis=0) & (last < 0).all(axis=0)
-            part = first / np.where(crossed, first - last, 1.0)
-            rows = crossed & (np.ptp(part, axis=0) * sides[axis] <= finest)
-            left, half = part.mean(axis=0)[rows], columns[2 + axis][rows]
-            columns[axis][rows] -= sign * half * (1 - left)
-            columns[2 + axis][rows] = half * left
+            fraction = first / np.where(crossed, first - last, 1.0)  # in the water, at both sides
+            rows = crossed & (np.ptp(fraction, axis=0) * sides[axis] <= finest)
+            in_water, half = fraction.mean(axis=0)[rows], columns[2 + axis][rows]
+            columns[axis][rows] -= sign * half * (1 - in_water)
+            columns[2 + axis][rows] = half * in_water
             done |= rows
     return Patches(*columns), done
 

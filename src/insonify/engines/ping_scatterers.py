@@ -47,7 +47,7 @@ from insonify.sonar.two_way_beam import two_way_footprint, two_way_width
 from insonify.units import amplitude_ratio
 
 QUADRATURE_ELONGATION = 2.0
-"""Largest side of the square that one point of an expectation represents, over the length of a cell [1]."""
+"""Largest side of the square that one quadrature point represents, re the length of a cell on the seabed [1]."""
 QUADRATURE_SEED = 0
 """Seed of the positions of quadrature points in their cells: the same for every scenario seed."""
 
@@ -96,12 +96,13 @@ class PingScatterers:
         return blocks
 
     def _boundary(self, boundary: Boundary, depth: float, law: Law) -> list[Block]:
+        """Blocks of the scatterers of a boundary at a mean depth [m]."""
         families = families_reaching(boundary, self.path_settings.followed_families)
         if not families:
             return []
         if self.path_settings.geometry == "slice":
             return self._slice_points(boundary, depth, law, families)
-        # rings follow what one position resolves; between two the cells of the scatterer grid do
+        # rings have the resolution of one position; two positions use cells of the scatterer grid
         is_polar = self.quadrature and self.ping_geometry.receive_track_extent is None
         return (self._polar_points if is_polar else self._grid_points)(boundary, depth, law, families)
 
@@ -150,7 +151,7 @@ class PingScatterers:
         return self.caches.drawn_tiles.get((boundary, False), partial(DrawnTiles, boundary, self.seed, terrain))
 
     def _polar_points(self, boundary: Boundary, depth: float, law: Law, families: tuple[str, ...]) -> list[Block]:
-        """Even cells of slant range and azimuth about the sonar."""
+        """Quadrature points in cells of equal slant range and azimuth about the sonar."""
         window_range = self._window_range(boundary, depth, families)
         if window_range.farthest < 0:
             return []
@@ -162,11 +163,11 @@ class PingScatterers:
             face_images(self.scene, self.path_settings, self.ping_geometry, boundary),
         )  # fmt: skip
 
-        def block_scatterers(lay: Callable[[], Columns]) -> Scatterers:
-            position, area, key = lay()
+        def block_scatterers(columns: Callable[[], Columns]) -> Scatterers:
+            position, area, key = columns()
             return self._points_on_boundary(boundary, depth, law, position, area, np.ones(len(area), complex), key)
 
-        return [partial(block_scatterers, lay) for lay in quadrature_points.blocks(cut_into_blocks)]
+        return [partial(block_scatterers, columns) for columns in quadrature_points.blocks(cut_into_blocks)]
 
     def _slice_points(self, boundary: Boundary, depth: float, law: Law, families: tuple[str, ...]) -> list[Block]:
         """Cells along the beam's plane, a few to each cell of slant range, as fine as the farthest one needs."""
@@ -213,7 +214,7 @@ class PingScatterers:
         return receivable_range(self.ping_geometry, depth, self.rays, families, rise=self.rise(boundary))
 
     def rise(self, boundary: Boundary) -> float:
-        """Largest height of a boundary above its mean plane, or depth below it [m]."""
+        """Largest deviation of a boundary from its mean depth [m]."""
         if boundary != "seabed" or self.terrain is None:
             return 0.0
         return max(self.terrain.depth - self.terrain.span[0], self.terrain.span[1] - self.terrain.depth)
@@ -222,7 +223,7 @@ class PingScatterers:
         self, boundary: Boundary, depth: float, law: Law, position: NDArray[np.float64], area: NDArray[np.float64],
         phase: NDArray[np.complex128], key: NDArray[np.uint64],
     ) -> Scatterers:  # fmt: skip
-        """Points of a boundary at positions that do not come again: on the seabed, or on the plane."""
+        """Points of a boundary at new positions (n, 2) [m]: on the terrain of the seabed, or on a plane."""
         if boundary == "seabed" and self.terrain is not None:
             terrain = self.terrain.relief.sample(position[:, 0], position[:, 1])
             return self._textured(seabed_scatterers(depth, terrain, law, position, area, phase, key))
@@ -236,6 +237,7 @@ class PingScatterers:
         return replace(points, area=points.area * seabed.texture_factor(points.position))
 
     def _targets(self) -> list[Block]:
+        """Blocks of the points of all targets."""
         blocks: list[Block] = []
         received = self.caches.received_targets.get(
             Identity(self.ping_geometry),
@@ -289,7 +291,7 @@ def resolution_of(
 
 
 def slice_footprint(ping_geometry: PingGeometry, within: float = np.pi) -> float:
-    """Energy width of the two-way beam of a slice, up to an azimuth from its axis [rad]."""
+    """Energy width of the two-way beam of a slice [rad], within an azimuth from its axis [rad]."""
     return float(two_way_footprint(ping_geometry.transmit_beams, ping_geometry.receive_beams, within=within)[0])
 
 

@@ -27,21 +27,21 @@ Floats = NDArray[np.float64]
 
 GOLDEN = kernel.GOLDEN
 RINGS_PER_TILE = 32
-"""Rings of a tile."""
+"""Number of rings of a tile."""
 SECTORS_PER_TILE = 4
-"""Sectors of a tile: few, for most tiles that a narrow beam is near lie beside it."""
+"""Number of sectors of a tile: few, because a narrow beam covers only a part of a wide tile."""
 PIECES_PER_TILE = 4
-"""Pieces of the rings of a tile, in each of which and in each sector the keep probability is one number."""
+"""Number of pieces into which the rings of a tile are divided; a piece has one keep probability in each sector."""
 STRIP_BIT = 59
-"""Bit of a key from which on it counts the strips that cells are cut into."""
+"""First bit of a key that holds the number of strips per cell, less one."""
 GAIN_MARGIN = 3.5
-"""Factor on the gain by which points are kept: an even point left out is missed more than a drawn one [1]."""
+"""Factor on the gain that determines keep probabilities, more than for random scatterers [1]."""
 SPARSE_GAIN_MARGIN = 1.0
 """Gain margin of sparse points [1]."""
 NARROW_CELL = 1.5
-"""Width of a cell re that of a beam, below the sonar, at whose inverse cells begin to be left out [1]."""
+"""Cells are left out where the horizontal distance, re the slant range, is less than one over this [1]."""
 MIN_WIDTH_FRACTION = 0.1
-"""Least part of the cells right below the sonar that is kept for their narrowness [1]."""
+"""Least fraction of the narrow cells right below the sonar that is kept [1]."""
 MAX_CELL_WIDTH = 0.02
 """A cell is never wider than this, however wide the beam, so that shadows keep their edges [rad]."""
 
@@ -53,7 +53,7 @@ class PolarGrid:
         self, ping_geometry: PingGeometry, depth: float, window_range: ReachableRange, resolution: Resolution, *,
         rise: float = 0.0,
     ) -> None:  # fmt: skip
-        """Lay out the cells.
+        """Set the sizes of the cells, and the tiles in reach.
 
         Args:
             ping_geometry: The sonar.
@@ -64,12 +64,12 @@ class PolarGrid:
         """
         self.ping_geometry, self.depth, self.rise = ping_geometry, depth, rise
         self.height = window_range.vertical_distance
-        # rings as far apart as a pulse is long leave no ripple behind, and rings a little closer do
+        # sparse: rings as far apart as a pulse is long cause no ripple, and rings a little closer do
         root = float(np.sqrt(resolution.scatterers_per_cell))
         along, across = (1.0, resolution.scatterers_per_cell) if resolution.sparse else (root, root)
         self.gain_margin = SPARSE_GAIN_MARGIN if resolution.sparse else GAIN_MARGIN
         self.slant: float = resolution.slant_resolution / along
-        # the point below the sonar has the largest gain in all sectors: it counts for no sparse points about it
+        # below the sonar the gain is the largest in all sectors: sparse points there would all be kept
         self.nearest_gain = window_range.vertical_distance + self.slant / 2 if resolution.sparse else 0.0
         sectors = (
             np.ceil(2 * np.pi * across / min(resolution.beam_width, MAX_CELL_WIDTH) / RINGS_PER_TILE) * RINGS_PER_TILE
@@ -85,7 +85,7 @@ class PolarGrid:
         self, rays: PropagationModel, families: tuple[str, ...], floor: float, glints: GlintSpread | None = None,
         images: tuple[FaceImage, ...] = (),
     ) -> NDArray[np.int64]:  # fmt: skip
-        """Tiles that the two-way beam reaches above a floor [1], rows of (ring, sector), shape (n, 2).
+        """Tiles in which the two-way pressure gain may exceed a floor, rows of (ring, sector), shape (n, 2).
 
         Args:
             rays: Propagation model of the scene.
@@ -114,7 +114,9 @@ class PolarGrid:
         return within_beams(strips, SECTORS_PER_TILE)
 
     def gains(self, tiles: NDArray[np.int64], beam_importance: BeamImportance) -> Floats:
-        """Gain in the cells of some tiles, the larger of both ends [1], (tiles, PIECES_PER_TILE, SECTORS_PER_TILE).
+        """Gain in the pieces of some tiles, as `BeamImportance.gain_at` with a margin; larger of both ends of a piece.
+
+        Shape (tiles, PIECES_PER_TILE, SECTORS_PER_TILE) [1].
 
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).
@@ -156,17 +158,17 @@ class PolarGrid:
         )[..., None]
 
     def in_zone(self, tiles: NDArray[np.int64], zone: ShadowSector, margin: float) -> NDArray[np.bool_]:
-        """Tiles that reach into a target's zone, or lie beside it, shape (tiles,).
+        """True for tiles that overlap a target's shadow sector or the margin about it, shape (tiles,).
 
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).
-            zone: The zone, relative to the middle of the cells.
+            zone: Shadow sector of the target about the sonar.
             margin: Margin of bearing on either side of it [rad].
         """
         near, far = (self._horizontal_distance((tiles[:, 0] + side) * RINGS_PER_TILE * self.slant) for side in (0, 1))
         width = SECTORS_PER_TILE * self.azimuth
         bearing_offset = np.mod(self._origin[2] + (tiles[:, 1] + 0.5) * width - zone.bearing + np.pi, 2 * np.pi) - np.pi
-        is_in_sector = np.abs(bearing_offset) < zone.half + margin + width / 2
+        is_in_sector = np.abs(bearing_offset) < zone.half_width + margin + width / 2
         return np.asarray((far > zone.near) & (near < zone.far) & is_in_sector)
 
     def points(
@@ -177,7 +179,7 @@ class PolarGrid:
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).
             keep_probability: Result of `keep_probabilities`; None: all points are kept.
-            strips: Narrower cells that each cell is cut into across.
+            strips: Number of narrower cells into which each cell is divided across.
         """
         keep = np.ones((len(tiles), 1, SECTORS_PER_TILE)) if keep_probability is None else keep_probability
         keep, count = (
@@ -209,7 +211,7 @@ class PolarGrid:
         return np.asarray(np.sqrt(np.maximum(slant**2 - self.height**2, 0.0)))
 
     def _position(self, distance: Floats, azimuth: Floats) -> Floats:
-        """North and east [m], azimuth counted from the first sector."""
+        """North and east of positions at a horizontal distance [m] and an azimuth re the first sector [rad]: [m]."""
         north, east, first = self._origin
         offset = np.stack([np.cos(first + azimuth), np.sin(first + azimuth)], axis=-1) * distance[..., None]
         return np.asarray(np.array([north, east]) + offset)

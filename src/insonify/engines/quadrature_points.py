@@ -31,33 +31,33 @@ from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
 Columns = tuple[Floats, Floats, NDArray[np.uint64]]
-"""North and east [m] (n, 2), area that each point represents [m^2], its key."""
+"""North and east [m], (n, 2); area that each point represents [m^2], (n,); scatterer id, (n,)."""
 
 SHADOW_GAIN_FACTOR = 16.0
-"""Factor on the gain at the ranges that a target in the largest gain direction casts a shadow on [1]."""
+"""Factor on the gain at the ranges of the shadow of a target in the direction of largest gain [1]."""
 EDGE_STRIPS = 16
-"""Strips that cells are cut into across, in and about shadows of targets."""
+"""Number of strips into which cells are divided across, in and about shadows of targets."""
 SOFT_EDGE_STRIPS = 8
 """Number of strips on a flat seabed with diffraction at edges, where the field has no step."""
 SPARSE_EDGE_STRIPS = 4
 """Number of strips for sparse points."""
 EDGE_WIDTHS = 1.0
-"""Bearing beside such a shadow that counts to it [widths of the two-way beam]."""
+"""Margin of bearing on either side of such a shadow, re the width of the two-way beam [1]."""
 MIN_SHADOWED_GAIN = 0.2
-"""Two-way gain towards a target re the largest gain, above which its shadow removes part of the echo [1]."""
+"""`BeamImportance.gain_at` a target above which cells in and about its shadow are divided [1]."""
 MAX_CACHED_POINTS = 250_000
-"""Points of one layout up to which they are kept for the next ping."""
+"""Number of points of one layout up to which they are cached for the next ping."""
 MAX_CACHED_LAYOUTS = 8
-"""Attitudes, depths and sides of the sonar whose points are kept."""
+"""Number of layouts (attitudes, depths and sides of the sonar) whose points are cached."""
 RINGS_PER_PIECE = polar_grid.RINGS_PER_TILE / polar_grid.PIECES_PER_TILE
-"""Rings of a piece."""
+"""Number of rings of a piece."""
 POSITION_DECIMALS = 9
-"""Decimals to which the ends of the sonar are given about their middle [m]: a sonar that only moves on is the same."""
+"""Decimals of the positions of both ends re their middle [m], so that all pings of a translated sonar share a key."""
 
 
 @dataclass(frozen=True)
 class QuadratureLayout:
-    """Even points about one attitude of the sonar, at the origin."""
+    """Quadrature points about one attitude of the sonar, at the origin."""
 
     cells: polar_grid.PolarGrid
     tiles: NDArray[np.int64]
@@ -66,12 +66,12 @@ class QuadratureLayout:
 
     @cached_property
     def gain(self) -> Floats:
-        """Gain in the cells of all tiles [1], shape (tiles, PIECES_PER_TILE, SECTORS_PER_TILE)."""
+        """`PolarGrid.gains` of all tiles [1], shape (tiles, PIECES_PER_TILE, SECTORS_PER_TILE)."""
         return self.cells.gains(self.tiles, self.beam_importance)
 
     @cached_property
     def keep_probability(self) -> Floats:
-        """Keep probability in all tiles but for targets [1], shape (tiles, PIECES_PER_TILE, SECTORS_PER_TILE)."""
+        """Keep probability in all tiles without shadows of targets [1], (tiles, PIECES_PER_TILE, SECTORS_PER_TILE)."""
         return self.cells.keep_probabilities(self.tiles, self.gain, self.beam_importance)
 
     def points(self, keep_probability: Floats, rows: slice) -> Columns:
@@ -107,11 +107,11 @@ class QuadraturePoints:
     """Distances received in the window."""
     resolution: Resolution
     rise: float
-    """Largest height of the boundary above, or depth below, its mean plane [m]."""
+    """Largest deviation of the boundary from its mean depth [m]."""
     floor: float
-    """Two-way gain below which tiles are left out [1]."""
+    """Two-way pressure gain below which tiles are left out [1]."""
     importance_sampling: bool
-    """True: points of low gain are represented by fewer."""
+    """True: of points of low gain only some are kept, with larger areas."""
     layouts: RecentResults[QuadratureLayout]
     soft: bool = True
     """True: sound is diffracted at the edges of targets."""
@@ -153,7 +153,7 @@ class QuadraturePoints:
         return blocks
 
     def _tiles_near_shadows(self, layout: QuadratureLayout) -> NDArray[np.bool_]:
-        """Tiles in and about shadows of targets that take a part of what any beam receives, (tiles,)."""
+        """True for tiles in and about shadows of targets that the beams reach, see `MIN_SHADOWED_GAIN`, (tiles,)."""
         shaded, cylinders, soft = np.zeros(len(layout.tiles), bool), bounding_cylinders(self.scene), self.soft
         if not len(cylinders) or self.depth <= 0:
             return shaded
@@ -188,6 +188,7 @@ class QuadraturePoints:
         )  # fmt: skip
 
     def _layout(self) -> QuadratureLayout:
+        """Layout of the points, without the cache."""
         geometry, scatterer_grid = self._at_origin, ScattererGrid()
         cells = polar_grid.PolarGrid(geometry, self.depth, self.window_range, self.resolution, rise=self.rise)
         glints = glint_spread(self.scene, geometry.frequency)
@@ -220,7 +221,13 @@ class QuadraturePoints:
         return None if (gain_factor == 1).all() else gain_factor
 
     def _shadow(self, distance: float, radius: float, top: float) -> tuple[float, float]:
-        """Slant ranges of the seabed from a target to the end of its shadow, on the mean plane [m]."""
+        """Slant ranges of the mean seabed from a target to the end of its shadow [m].
+
+        Args:
+            distance: Horizontal distance of the target's axis [m].
+            radius: Radius of its bounding cylinder [m].
+            top: Depth of its top [m].
+        """
         height = self.window_range.vertical_distance
         shallowest = min(self.ping_geometry.transmit_position[2], self.ping_geometry.receive_position[2])
         below = min(top, self.depth) - shallowest

@@ -16,11 +16,11 @@ class RadialFrame(NamedTuple):
     origin_along: float
     """Distance of the sonar along the frame's first axis from the first node of the map's window [m]."""
     origin_across: float
-    """Distance of the sonar along its second axis [m]."""
+    """Distance of the sonar along its second axis from that node [m]."""
     heading: float
     """Heading of the first axis [rad]."""
     step: float
-    """Shortest distance of samples along a radial [m]."""
+    """Least spacing of samples along a radial [m]."""
 
 
 class SampleLists(NamedTuple):
@@ -32,13 +32,13 @@ class SampleLists(NamedTuple):
     list_offsets: Integers
     """First point of each list, and n, (lists + 1,)."""
     sample_counts: Integers
-    """Samples of the radial from the sonar up to the last point of each list, (lists,)."""
+    """Number of samples of the radial from the sonar up to the last point of each list, (lists,)."""
     family_bits: Integers
     """Families requested at any point of each list, a bit for each, (lists,)."""
     needed_horizons: NDArray[np.bool_]
     """True for the launch horizons that the families of each list need, (lists, horizons)."""
     sample_number: Integers
-    """Number of each point along its radial, (n,)."""
+    """Index of each point among the samples of its radial, (n,)."""
     requested_families: Integers
     """Families requested at each point, a bit for each, (n,)."""
     distance: Floats
@@ -48,13 +48,14 @@ class SampleLists(NamedTuple):
     pair_offsets: Integers
     """First row of each pair of each list, and the end of the last, (lists, p + 1)."""
     pair_points: Integers
-    """Number of a point in its list, for each row, (rows,)."""
+    """Index of a point in its list, for each row, (number of rows,)."""
     inverse_probability: Singles
-    """One over the keep probability of the point, for each row [1], (rows,)."""
+    """One over the keep probability of the point, for each row [1], (number of rows,)."""
     interference_offsets: Integers
-    """First range of points of each list in `interference_ranges`, and their number, (lists + 1,)."""
+    """First row of each list in `interference_ranges`, and the number of rows, (lists + 1,)."""
     interference_ranges: Integers
-    """First point, and that after the last, in the list, where pairs may arrive within one pulse, (ranges, 2)."""
+    """First point, and the one after the last, of each range of a list's points in which pairs may arrive within one
+    pulse, (ranges, 2)."""
 
 
 class RadialSet(NamedTuple):
@@ -85,7 +86,7 @@ class IsovelocityChannel(NamedTuple):
     wavelength: float
     """Acoustic wavelength [m]."""
     terrain_span: tuple[float, float]
-    """Least and greatest depth of the seabed [m]."""
+    """Least and greatest depth of the seabed with its relief [m]."""
 
 
 class RefractionTable(NamedTuple):
@@ -103,8 +104,8 @@ class RefractionTable(NamedTuple):
     nodes: Singles
     """Columns of `refraction_columns`, (f, depths, distances, 8)."""
     horizon_climb: Singles
-    """Horizontal distance times launch slope of the rays of each launch horizon [m], NaN for none, (h, depths,
-    distances)."""
+    """Horizontal distance times launch slope of the rays to each node by launch horizon [m], NaN for none,
+    (h, depths, distances)."""
     clear_bounces: NDArray[np.bool_]
     """True for families whose rays no seabed occludes before their last bounce, (f,)."""
     bed_speed: float
@@ -127,17 +128,18 @@ class FamilyTable(NamedTuple):
     image_depths: Floats
     """Depth of the image source of each family [m], (f,)."""
     bounce_codes: Integers
-    """Bounces of each family, 1 surface, 2 bottom, 0 no more, (f, most)."""
+    """Bounces of each family from the sonar outwards, 1 surface, 2 bottom, 0 no more, (f, most)."""
     horizon_row: Integers
-    """Launch horizon of each segment of each family, (f, most + 1)."""
+    """Row of the launch horizon of each segment of each family, (f, most + 1)."""
     horizon_image_depths: Floats
     """Depth of the image source of each launch horizon [m], (horizons,)."""
     horizon_rising: NDArray[np.bool_]
     """True for launch horizons of segments that begin at the bottom, (horizons,)."""
     reflection_products: NDArray[np.complex64]
-    """Product of all bounces of a family, over evenly spaced sines of the grazing angle [1], (f, nodes)."""
+    """Product of the reflection coefficients of a family, over evenly spaced sines of the grazing angle at the mean
+    seabed, 0 to 1 [1], (f, nodes)."""
     direction_factor: Singles
-    """Direction factor of a law that is a product of two, see `CompiledLaw.factor`; empty for any other."""
+    """Direction factor of a law that is a product of one factor for each leg, see `CompiledLaw.factor`; else empty."""
     absorption_exponent: float
     """Absorption as the base-2 exponent of pressure [1/m]."""
     refraction: RefractionTable = STRAIGHT
@@ -169,7 +171,8 @@ class RadialLegs(NamedTuple):
     delay: Floats
     """One-way travel time [s], (f, n)."""
     amplitude: NDArray[np.complex64]
-    """Pressure re 1 m, times the root of the direction factor if there is one [1]; 0 without a path, (f, n)."""
+    """Pressure re the source at 1 m, times the root of the direction factor if there is one [1]; 0 without a path,
+    (f, n)."""
     departure: Singles
     """Direction of travel at the sonar, in the world [1], (f, 3, n)."""
     arrival: Singles
@@ -180,8 +183,11 @@ class PairSamples(NamedTuple):
     """Samples at which each of p pairs of families is evaluated."""
 
     rows: NDArray[np.int32]
-    """Samples of each pair, (p, most)."""
+    """Indices of the samples of each pair in `RadialLegs`, (p, most)."""
     weight: Singles
-    """Area of seabed that each sample represents [m^2], later times the cross section, (p, most)."""
+    """Area of seabed that each sample represents [m^2], later times the cross section per area, (p, most).
+
+    With a direction factor the cross section is in the amplitudes of the legs instead.
+    """
     sample_count: NDArray[np.int64]
     """Number of samples, (p,)."""

@@ -1,4 +1,4 @@
-"""Radials of one ping: evenly spaced lines of seabed samples for an expectation, as `engines.polar_grid` lays cells.
+"""Radials of one ping: evenly spaced lines of seabed samples for an expectation; compare `engines.polar_grid`.
 
 Every radial has one azimuth. Neighbours are as far apart as cells of the two-way beam. Near the sonar, where a cell is
 small, and at low gain, a radial represents several cells; there the beam is evaluated at another azimuth within its
@@ -35,28 +35,28 @@ ZoneClimbs = Callable[[tuple[float, float]], Floats]
 each family for some distances of the zone [m], (f, k)."""
 
 CELLS_PER_SECTOR = 128
-"""Cells whose gain is bounded together, before that of each."""
+"""Number of cells whose gain is bounded together, before that of each."""
 LOW_GAIN = 10 ** (-25 / 20)
-"""Two-way gain below which a radial represents several cells [1]."""
+"""Two-way pressure gain below which a radial represents several cells [1]: -25 dB."""
 SIDE_LOBE = 10 ** (-20 / 20)
-"""Largest two-way gain at a distance below which `LOW_GAIN` is lowered in proportion: all gains are low there [1]."""
+"""Largest two-way pressure gain at a distance below which `LOW_GAIN` is lowered in proportion [1]: -20 dB."""
 CELLS_PER_LOW_GAIN_RADIAL = (16, 4)
-"""Numbers of cells of a radial where all gains are low: the largest, and one to which it is divided."""
+"""Numbers of cells of a radial of low gain: the largest, and that of its parts where the gain is higher."""
 MAX_PATCH_WIDTH = 0.5
 """Width of a patch of the seabed above which the gain towards it is not bounded [rad]."""
 LOW_GAIN_STRIDE = 2
-"""Steps of the frame between the samples of the widest of these radials."""
+"""Steps of the frame between the samples of the widest radials."""
 
 
 class ViewedBoundary(NamedTuple):
-    """Boundary that a sonar views, and the rays to it."""
+    """Boundary that a sonar insonifies, and the rays to it."""
 
     depth: float
     """Depth of the boundary [m]."""
     families: tuple[str, ...]
     """Families that reach it."""
     rise: float = 0.0
-    """Largest height of the boundary above or below its depth [m], less than the sonar's height above it."""
+    """Largest deviation of the boundary from its depth [m], less than the sonar's height above it."""
     climbs: ZoneClimbs | None = None
     """Launch angles in layered water; None: rays are straight."""
 
@@ -72,7 +72,7 @@ def radials_in_view(
         boundary: The boundary.
         window_range: Distances received in the window.
         resolution: Resolution cells of the sonar.
-        floor: Two-way gain below which the seabed is left out [1].
+        floor: Two-way pressure gain below which the boundary is left out [1].
         heading: Heading of the frame of the radials [rad].
 
     Returns:
@@ -139,7 +139,7 @@ def _zones(
     if boundary.climbs is not None and merged:
         climbs = np.stack([boundary.climbs(zone) for zone in zip(inner, outer, strict=True)])
         verticals, is_odd = climbs.reshape(len(climbs), -1), np.repeat(is_odd, climbs.shape[2])
-    # a zone of a level boundary whose elevations, from every image source, are those of relief over the zone itself
+    # a zone of a flat boundary to which rays have all elevations of rays to relief within the zone itself
     rise, least_height = boundary.rise, np.maximum(np.abs(verticals).min(axis=1), 1e-6)
     over_relief = np.empty((len(merged), 2))
     over_relief[:, 0] = distances[:, 0] * least_height / (least_height + rise)
@@ -151,13 +151,13 @@ def radial_gain_bound(
     ping_geometry: PingGeometry, bearing: Floats, width: float, zone: tuple[float, float], vertical_distances: Floats,
     is_odd: NDArray[np.bool_],
 ) -> Floats:  # fmt: skip
-    """Upper bound of the two-way gain towards patches of a boundary about some bearings [1], shape (n,).
+    """Upper bound of the two-way pressure gain towards patches of a boundary about some bearings [1], shape (n,).
 
     Args:
         ping_geometry: The sonar, both ends at one position.
         bearing: Middle of each patch [rad], shape (n,).
         width: Width of the patches [rad].
-        zone: Nearest and farthest distance of them [m].
+        zone: Nearest and farthest horizontal distance of the patches [m].
         vertical_distances: Vertical distance from the image source of each family down to the boundary [m], shape (f,).
         is_odd: True for families with an odd number of bounces, shape (f,).
     """
@@ -179,7 +179,7 @@ def _image_verticals(families: tuple[str, ...], source: float, depth: float) -> 
 def bearing_gain_bound(
     ping_geometry: PingGeometry, depth: float, families: tuple[str, ...], rays: RefractedRays | None = None
 ) -> GainBound | None:
-    """Bound of the two-way gain over intervals of bearing at one ping; None if bistatic.
+    """Bound of the two-way pressure gain over intervals of bearing at one ping; None if bistatic.
 
     Pings with the same beams and depths have the same function.
 
@@ -206,9 +206,10 @@ def _bearing_gain_bound(
     ping_geometry: PingGeometry, depth: float, families: tuple[str, ...], ends: tuple[float, ...], end_distance: float,
     rays: RefractedRays | None,
 ) -> GainBound:  # fmt: skip
-    """Bound of the two-way gain, without the cache, for ends at some depths and a distance from each other [m]."""
+    """Bound of the two-way pressure gain without the cache, for ends at given depths and distance of each other [m]."""
     vertical_distances, is_odd = (
-        np.concatenate(part) for part in zip(*(_image_verticals(families, end, depth) for end in ends), strict=True)
+        np.concatenate(columns)
+        for columns in zip(*(_image_verticals(families, end, depth) for end in ends), strict=True)
     )
 
     def gain_bound(bearing: Floats, width: float, zone: tuple[float, float]) -> Floats:
@@ -228,7 +229,7 @@ def _patch_gain_bounds(
     beams: Beams, bearing: Floats, width: float, zone: tuple[float, float], vertical_distances: Floats,
     is_odd: NDArray[np.bool_]
 ) -> Floats:  # fmt: skip
-    """Upper bound of the gain of one end's beams, arguments as of `radial_gain_bound` [1], shape (n,)."""
+    """Upper bound of one end's pressure pattern [1], shape (n,); arguments are those of `radial_gain_bound`."""
     gain = np.empty(len(bearing))
     patch_gain_bounds(bearing, width, zone, vertical_distances, is_odd, beams.kernel_majorants, gain)
     return gain

@@ -18,9 +18,9 @@ from insonify.propagation.launch_angles import LaunchAngles
 Floats = NDArray[np.floating[Any]]
 
 RAYS_PER_BATCH = 256
-"""Rays that are marched together."""
+"""Number of rays that are marched together."""
 PENETRATION = 1e-3
-"""Depth that a ray may dip into the terrain and still count as clear [m]."""
+"""Largest depth below the terrain at which a ray counts as clear [m]."""
 
 
 class RayModel(NamedTuple):
@@ -29,9 +29,9 @@ class RayModel(NamedTuple):
     launches: LaunchAngles
     """Shapes of the rays by launch angle."""
     seabed_depth: float
-    """Depth of the mean plane [m]."""
+    """Depth of the mean seabed [m]."""
     wavelength: float
-    """Wavelength at the end of the sonar [m]."""
+    """Acoustic wavelength at transmitter or receiver [m]."""
     step: float
     """Distance between samples of a terrain profile [m]."""
 
@@ -42,7 +42,7 @@ def march_over_terrain(
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Compare rays with the terrain profile that each follows.
 
-    Near the mean plane, within the height that a ray gains over half the Fresnel zone of a bounce, rays with bottom
+    Near the mean seabed, within the height that a ray gains over half the Fresnel zone of a bounce, rays with bottom
     bounces are not compared: there the terrain is the reflecting surface.
 
     Args:
@@ -52,7 +52,7 @@ def march_over_terrain(
         distance: Horizontal distance of the points [m], shape (n,).
         launch_slope: Launch slopes of their rays [1], see `insonify.propagation.launch_angles`, shape (n,).
         depth: Depth of the points [m], shape (n,).
-        marched: Points whose rays are marched, shape (n,).
+        marched: True for points whose rays are marched, shape (n,).
         on_terrain: True if the points lie on the terrain; rays then end on the terrain of their profile instead.
 
     Returns:
@@ -63,16 +63,23 @@ def march_over_terrain(
         chosen = np.flatnonzero(marched[points])
         for start in range(0, len(chosen), RAYS_PER_BATCH):
             batch = chosen[start : start + RAYS_PER_BATCH]
-            mine, profile = points[batch], rows[batch]
-            samples = distance[mine] / rays.step
+            selected, profile = points[batch], rows[batch]
+            samples = distance[selected] / rays.step
             count = int(min(np.ceil(samples.max()), profiles.depth.shape[1] - 1))
             if count < 1:
                 continue
-            depths = rays.launches.ray_depths(family, launch_slope[mine], rays.step, count)
-            spare = np.full(len(mine), np.inf)
+            depths = rays.launches.ray_depths(family, launch_slope[selected], rays.step, count)
+            reflecting_depth = np.full(len(selected), np.inf)
             if bottom_bounces(family):
-                spare = rays.seabed_depth - np.sqrt(rays.wavelength * distance[mine]) / 2
-            clear[mine] = kernel.clear_of_terrain(
-                depths, profiles.depth, profile, samples, np.asarray(depth[mine], float), spare, PENETRATION, on_terrain
+                reflecting_depth = rays.seabed_depth - np.sqrt(rays.wavelength * distance[selected]) / 2
+            clear[selected] = kernel.clear_of_terrain(
+                depths,
+                profiles.depth,
+                profile,
+                samples,
+                np.asarray(depth[selected], float),
+                reflecting_depth,
+                PENETRATION,
+                on_terrain,
             )
     return clear

@@ -45,25 +45,26 @@ from insonify.scene.seabed_terrain import SeabedTerrain
 Floats = NDArray[np.floating[Any]]
 
 NEGLIGIBLE_PRESSURE = 3e-4
-"""Pressure that roughness leaves, 70 dB less than before, below which a leg is not followed [1]."""
+"""Coherent reflection factor of all bounces, for pressure, below which a leg is not followed [1]: -70 dB."""
 _LENGTH_PARTS = np.linspace(0.0, 1.0, 17) ** 2
-"""Edges of the parts of the legs of a family, by length, in which a bound decides whether any may be that weak."""
+"""Edges of the intervals of length, 0 at the shortest and 1 at the longest leg of a family [1], see `_may_be_weak`."""
 
 
 def reflect_off_relief(
     legs: Legs, scatterers: Scatterers, position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
     scene: Scene, *, soft: bool = False, needed: NDArray[np.bool_] | None = None,
 ) -> Legs:  # fmt: skip
-    """Legs as relief leaves them: moved to the planes that reflect them, dimmed by roughness, hidden by ground.
+    """Legs over relief: reflected by fitted planes, reduced by roughness, and occluded by the seabed.
 
     Args:
-        legs: Legs over the mean plane; their columns are overwritten.
+        legs: Legs over the mean seabed; their columns are overwritten.
         scatterers: The points that they reach.
-        position: North, east, depth of the sonar's end [m], shape (3,).
+        position: North, east, depth of transmitter or receiver [m], shape (3,).
         terrain_occlusion: Occlusion by the seabed for that end.
         scene: The scene; its bed has relief.
-        soft: See `occlude_by_terrain`; legs off local planes have hard shadows.
-        needed: True for the legs with bounces to evaluate, shape (f, n); others get no amplitude. None: all.
+        soft: See `occlude_by_terrain`; legs reflected at local planes have hard shadows.
+        needed: True for the legs with bottom bounces to evaluate, shape (f, n); others get reflection coefficient 0.
+            None: all.
 
     Returns:
         The same rows. Over a relief of height 0 they are bit-identical.
@@ -93,7 +94,7 @@ def _without_bottom_bounces(
     legs: Legs, bounced: list[int], scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, *, soft: bool,
 ) -> Legs:  # fmt: skip
-    """The legs with their rows without bottom bounces as the seabed leaves them, the others as they are."""
+    """Legs of which those without bottom bounces are occluded by the seabed; rows `bounced` are unchanged."""
     result = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
     for row in bounced:
         result.visibility[row] = legs.visibility[row]
@@ -115,7 +116,7 @@ def _without_bottom_bounces(
 def _negligible(
     legs: Legs, row: int, points: NDArray[np.int64], position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
 ) -> NDArray[np.bool_]:
-    """True for legs of one family that are too weak to be followed, evaluated on the mean plane, shape of `points`."""
+    """True for legs of one family that are too weak to be followed, by the mean seabed, shape of `points`."""
     family, terrain, wavelength = legs.families[row], terrain_occlusion.bed, terrain_occlusion.wavelength
     length, sine = legs.length[row, points], np.abs(legs.departure[row, points, 2])
     if not _may_be_weak(family, length, sine, terrain_occlusion):
@@ -128,15 +129,15 @@ def _write_bounced(
     legs: Legs, row: int, rows: NDArray[np.int64], scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, scene: Scene, *, soft: bool,
 ) -> None:  # fmt: skip
-    """Replace some straight legs of one family by legs reflected off local planes."""
+    """Replace some straight legs of one family by legs reflected at local planes."""
     family, points = legs.families[row], scatterers.position[rows]
     paths = local_plane_paths(family, position, points, terrain_occlusion.bed, terrain_occlusion.wavelength)
-    left = reflection_product(family, paths, terrain_occlusion.bed, terrain_occlusion.wavelength, scene)
+    reflection = reflection_product(family, paths, terrain_occlusion.bed, terrain_occlusion.wavelength, scene)
     per_metre = np.log(legs.absorption[row, rows[0]]) / legs.length[row, rows[0]]
     path_loss = np.exp(per_metre * paths.length)
     clear = clear_of_terrain(paths, position, points, terrain_occlusion, on_terrain=scatterers.boundary == "seabed")
     written = BouncedLegs(*(getattr(legs, name)[row] for name in BouncedLegs._fields))
-    reflected = ReflectedPaths(paths, left, path_loss, clear)
+    reflected = ReflectedPaths(paths, reflection, path_loss, clear)
     write_bounced_legs(written, rows, reflected, scatterers.normal, 1 / scene.water.sound_speed, soft)
 
 
@@ -145,7 +146,13 @@ def _may_be_weak(
 ) -> bool:
     """Return True if roughness may leave a negligible part of any leg.
 
-    Legs are divided by length; of each part the widest zone and the steepest bounce are evaluated.
+    Legs are divided by length; of each interval the widest zone and the steepest bounce are evaluated together.
+
+    Args:
+        family: Name of the family.
+        length: Path lengths [m], shape (n,).
+        sine: Sines of the grazing angles at the mean seabed [1], shape (n,).
+        terrain_occlusion: Holds the terrain and the wavelength.
     """
     if not len(length):
         return False
@@ -175,17 +182,17 @@ def reflection_product(
         wavelength: Acoustic wavelength [m].
         scene: The scene.
     """
-    left: NDArray[np.float64] | float = 1.0
+    coherent: NDArray[np.float64] | float = 1.0
     if scene.seabed.reflecting_interface == "smooth" or not terrain.relief.is_waves:
-        left = coherent_bounce_factor(family, paths, terrain, wavelength)
+        coherent = coherent_bounce_factor(family, paths, terrain, wavelength)
     coefficient = 1 + 0j
     product: NDArray[np.complex128] | complex = 1.0
     for k, letter in enumerate(bounce_sequence(family)):
         if letter == "B":
             product = product * scene.seabed.reflection_coefficient_at_sine(paths.grazing_sine[k])
         else:
-            coefficient *= complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
-    return np.asarray(left * coefficient * product)
+            coefficient *= complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # the same at any angle
+    return np.asarray(coherent * coefficient * product)
 
 
 def coherent_bounce_factor(
@@ -202,10 +209,10 @@ def coherent_bounce_factor(
     product = np.ones(len(paths.length))
     for k, letter in enumerate(bounce_sequence(family)):
         if letter == "B":
-            length, width = fresnel_zone(paths, k, wavelength)
-            axis = np.maximum(2 * np.sqrt(length * width), 1e-6)
+            half_length, half_width = fresnel_zone(paths, k, wavelength)
+            zone_size = np.maximum(2 * np.sqrt(half_length * half_width), 1e-6)
             product *= terrain.roughness_reflection_factor(
-                paths.grazing_sine[k], wavelength, axis, residual_variance=paths.residual_variance[k]
+                paths.grazing_sine[k], wavelength, zone_size, residual_variance=paths.residual_variance[k]
             )
     return product
 
@@ -213,14 +220,14 @@ def coherent_bounce_factor(
 def relief_roughness_factor(
     legs: Legs, position: NDArray[np.float64], terrain: SeabedTerrain, wavelength: float, bed_depth: float
 ) -> NDArray[np.float64]:
-    """Factor of relief's roughness on the coherent sound of all reflections off its mean plane, shape (f, n) [1].
+    """Factor of relief's roughness on the coherent pressure of all bottom bounces at its mean plane [1], shape (f, n).
 
     Args:
         legs: Legs between the position and n points.
         position: North, east, depth of that end [m], shape (3,).
         terrain: The seabed.
         wavelength: Acoustic wavelength [m].
-        bed_depth: Depth of the mean plane below the boundary above it, from which the position's depth counts [m].
+        bed_depth: Depth of the mean seabed below the boundary from which the position's depth counts [m].
     """
     factor = np.ones_like(legs.delay)
     for row, family in enumerate(legs.families):
@@ -235,23 +242,25 @@ def clear_of_terrain(
     paths: ImagePaths, position: NDArray[np.float64], points: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
     *, on_terrain: bool,
 ) -> NDArray[np.bool_]:  # fmt: skip
-    """Return True if paths off local planes exist and are not occluded by other parts of the seabed, shape (n,).
+    """Return True for paths reflected at local planes that exist and no other part of the seabed cuts, shape (n,).
 
     They are tested in the vertical plane through sonar and point: planes tilted across it displace the path by less
     than a cell of the terrain map.
 
     Args:
         paths: The paths.
-        position: North, east, depth of the sonar's end [m], shape (3,).
-        points: The same of the points [m], shape (n, 3).
+        position: North, east, depth of transmitter or receiver [m], shape (3,).
+        points: North, east, depth of the points [m], shape (n, 3).
         terrain_occlusion: The seabed about that end.
         on_terrain: True if the points lie on it.
     """
     profiled = locate_points(terrain_occlusion, position, points)
     count, n = paths.fraction.shape
-    nodes, spared = np.empty((count + 2, n, 2)), np.empty((count + 2, n))
-    set_path_nodes(paths, position, points, profiled.distance, terrain_occlusion.wavelength, nodes, spared)
-    return paths.is_valid & terrain_occlusion.image_paths_clear(profiled.groups, nodes, spared, on_terrain=on_terrain)
+    nodes, bounce_margin = np.empty((count + 2, n, 2)), np.empty((count + 2, n))
+    set_path_nodes(paths, position, points, profiled.distance, terrain_occlusion.wavelength, nodes, bounce_margin)
+    return paths.is_valid & terrain_occlusion.image_paths_clear(
+        profiled.groups, nodes, bounce_margin, on_terrain=on_terrain
+    )
 
 
 def _reflect_needed(
@@ -263,13 +272,13 @@ def _reflect_needed(
     for family in dict.fromkeys(legs.families[row] for row in bounced):
         rows = [row for row in bounced if legs.families[row] == family]
         points = np.flatnonzero(needed[rows[0]])
-        part = leg_rows(legs, rows, points)  # before the rows, which both sets share, are cleared
+        selected = leg_rows(legs, rows, points)  # before the rows, which both sets share, are cleared
         result.reflection_coefficient[rows] = 0.0
         if len(points):
             ends = scatterers.take(points)
-            shaded = occlude_by_terrain(part, ends, position, terrain_occlusion, soft=soft)
+            shaded = occlude_by_terrain(selected, ends, position, terrain_occlusion, soft=soft)
             every = list(range(len(rows)))
-            moved = _displace_refracted(shaded, every, part, ends, position, terrain_occlusion, scene)
+            moved = _displace_refracted(shaded, every, selected, ends, position, terrain_occlusion, scene)
             for name in (*_COPIED_COLUMNS, "reflection_coefficient", "occluder"):
                 getattr(result, name)[np.array(rows)[:, None], points] = getattr(moved, name)
     return result
@@ -279,10 +288,10 @@ def _displace_refracted(
     legs: Legs, bounced: list[int], unbounced: Legs, scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, scene: Scene,
 ) -> Legs:  # fmt: skip
-    """Refracted legs over the mean plane, moved by what local planes change in straight ones.
+    """Refracted legs over the mean seabed, changed as local planes change straight ones.
 
-    To first order a plane that stands h higher under a bounce shortens a leg by 2 h sin(grazing), whatever the water:
-    the straight path's change is scaled by the ratio of the sines.
+    To first order a plane that is h higher at a bounce shortens a leg by 2 h sin(grazing) in any water: the straight
+    path's change is multiplied by the ratio of the sines.
     """
     displaced = replace(legs, **{name: getattr(legs, name).copy() for name in _COPIED_COLUMNS})
     north, east = (scatterers.position[:, :2] - position[:2]).T
@@ -290,13 +299,13 @@ def _displace_refracted(
     for row in bounced:
         family = displaced.families[row]
         slope = launch_slope(family, unbounced.departure[row, :, 2])
-        needed = np.array(
+        ranges = np.array(
             [np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, slope)]
         )
         flat = flat_image_paths(family, position, scatterers.position, terrain_occlusion.bed.depth)
         local = local_plane_paths(
             family, position, scatterers.position, terrain_occlusion.bed, terrain_occlusion.wavelength,
-            terrain_bounce_ranges=needed,
+            terrain_bounce_ranges=ranges,
         )  # fmt: skip
         tangent = terrain_occlusion.launches.bottom_grazing_tangent(slope)
         sine = tangent / np.hypot(1, tangent)

@@ -44,30 +44,30 @@ from insonify.scene.terrain_lattice import NODES_PER_WAVE, window
 Floats = NDArray[np.float64]
 
 NODES = 160
-"""Nodes of the ground along each side of the square that is searched, at most [1]."""
+"""Largest number of nodes of the terrain along each side of the square that is searched [1]."""
 SLOPES = 4.0
-"""Slopes that are searched, in rms slopes of the ground [1]."""
+"""Largest slope that is searched, re the rms slope of the terrain [1]."""
 MARGIN = 12
-"""Nodes of the ground around that square, beyond which the ends of spline and low-pass have no effect [1]."""
+"""Number of nodes around that square, beyond which the ends of spline and low-pass filter have no effect [1]."""
 SIGN_NODES = 2
-"""Nodes to either side among which the gradient changes sign about a stationary point [1]."""
+"""Number of nodes to either side among which the gradient changes sign about a stationary point [1]."""
 MAX_SPECULAR_POINTS = 64
-"""Points of one path that are kept, the strongest [1]."""
+"""Largest number of specular points of one path that are kept, the strongest ones [1]."""
 
 
 def family_specular_points(
     legs: Legs, position: Floats, end: Floats, scene: Scene, wavelength: float,
     cache: RecentResults[SpecularPoints | None],
 ) -> list[SpecularPoints | None]:  # fmt: skip
-    """Specular points of each row of legs to one point; None for families that do not reflect once off relief.
+    """Specular points of each row of legs to one point; None for families without just one bottom reflection.
 
     Args:
-        legs: Legs over the mean plane to one point, a row for each path.
+        legs: Legs over the mean seabed to one point, a row for each path.
         position: North, east, depth at which they begin [m], shape (3,).
         end: North, east, depth of the point [m], shape (3,).
         scene: The scene.
         wavelength: Acoustic wavelength [m].
-        cache: Specular points that have been found, by the ends of their path and the wavelength.
+        cache: Specular points by the ends of their path and the wavelength.
     """
     terrain, at_start = scene.seabed.terrain, float(scene.water.sound_speed_at(position[2]))
     if terrain is None or terrain.span[0] == terrain.span[1]:
@@ -154,7 +154,7 @@ def _write(
         np.array([[-1.0 if name[k] == "S" else 1.0 for k in (0, -1)] for name in families]),
         np.array([surface_bounces(name) for name in families]),
     )  # fmt: skip
-    surface = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
+    surface = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # the same at any angle
     columns = SpecularColumns(*(getattr(result, name) for name in SpecularColumns._fields))
     write_specular_legs(points, rows, np.array(ends), bottom, surface, scene.water.sound_speed, columns)
     if scene.water.layered:
@@ -187,18 +187,18 @@ def _write_refracted(
 def specular_points(
     terrain: SeabedTerrain, begin: Floats, stop: Floats, wavelength: float, water: SurfaceWater
 ) -> SpecularPoints | None:
-    """Points of relief at which the length of the path from one position to another by the ground is stationary.
+    """Points of relief at which the length of the path from one position to another by the seabed is stationary.
 
     Args:
         terrain: The seabed.
         begin: North, east, depth at which the path begins, or its image [m], shape (3,).
-        stop: The same of its end [m], shape (3,).
+        stop: North, east, depth at which it ends, or the image of that point [m], shape (3,).
         wavelength: Acoustic wavelength, in layered water at the surface [m].
         water: The water; without knots, of one sound speed.
 
     Returns:
-        The points; None where roughness leaves nothing coherent, the ground is unknown, or none is found within the
-        slopes that are searched. Just beyond a caustic, on its dark side, nothing is kept.
+        The points; None where roughness leaves a negligible coherent pressure, the terrain is unknown, or no point has
+        a slope among those searched. Just beyond a caustic, on its dark side, nothing is kept.
     """
     before, after = terrain.depth - begin[2], terrain.depth - stop[2]
     middle = begin[:2] + before / (before + after) * (stop[:2] - begin[:2])

@@ -25,10 +25,10 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 FIRST_TILES = 8
-"""Tiles to the farthest distance, at most, that are looked at before any is cut in four."""
+"""Largest number of tiles along the farthest distance with which the search for tiles begins."""
 
 SPARSE_LIMIT = 2.0
-"""Points to a resolution cell below which even points are sparse [1]."""
+"""Number of quadrature points in a resolution cell below which they are sparse [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,19 +36,19 @@ class Resolution:
     """Size of the sonar's resolution cell, and the number of scatterers in it."""
 
     slant_resolution: float
-    """Resolution along the slant range, nowhere more than a part of the least distance from a boundary [m]."""
+    """Resolution along slant range, limited to a fraction of the least distance from a boundary [m]."""
     beam_width: float
     """Width of the finest two-way beam [rad]."""
     scatterers_per_cell: float
     """Scatterers in each resolution cell [1]."""
     pulse_resolution: float = 0.0
-    """Slant-range resolution where only the pulse limits it [m]; 0: `slant` holds everywhere."""
+    """Slant-range resolution where only the pulse limits it [m]; 0: `slant_resolution` holds everywhere."""
     elongation: float = kernel.MAX_ELONGATION
     """Largest side of the square that one scatterer represents, over the length of a cell on the seabed [1]."""
 
     @property
     def sparse(self) -> bool:
-        """True: no more points than separate samples, for labels, whose accuracy does not improve with more."""
+        """True: fewer than `SPARSE_LIMIT` points in a cell, for labels, whose accuracy does not improve with more."""
         return self.scatterers_per_cell < SPARSE_LIMIT
 
     @property
@@ -67,14 +67,14 @@ class Resolution:
         return length
 
     def cell_area(self, distance: Floats, height: float) -> Floats:
-        """Largest area that one scatterer may represent [m^2]; never a square very long against the range cell."""
+        """Largest area that one scatterer may represent [m^2], at a horizontal distance [m] and height [m]."""
         horizontal_distance = np.asarray(distance, float)
         area = np.empty(horizontal_distance.shape)
         kernel.cell_areas(self.cell, horizontal_distance.ravel(), height, area.reshape(-1))
         return area
 
     def coarsest(self, reach: float, height: float) -> float:
-        """Bound on all `cell_area` up to some distance [m] at a height [m]: [m^2].
+        """Upper bound of `cell_area` at all distances up to `reach` [m], at a height [m]: [m^2].
 
         The area without its limit grows to where the disc below the sonar ends, and is convex beyond.
         """
@@ -89,17 +89,17 @@ class Resolution:
         )
 
     def finest(self, nearest: Floats, farthest: Floats, height: float) -> Floats:
-        """Smallest `cell_area` between two horizontal distances [m^2]: at either, or where its parts have their least.
+        """Least `cell_area` between two horizontal distances [m^2]: at either, or at a minimum between them.
 
-        Outwards the seabed cell of one pulse gets shorter and the beam wider; their product is least under 45 degrees,
-        and under 55 degrees where the cell is limited to a part of the slant range.
+        Outwards the seabed cell of one pulse gets shorter and the beam wider; their product is least at a grazing angle
+        of 45 degrees, and of 55 degrees where the cell is limited to a fraction of the slant range.
         """
         area = np.empty(len(nearest))
         kernel.finest(self.cell, nearest, farthest, height, area)
         return area
 
     def finest_bistatic(self, ends: list[tuple[Floats, Floats, float]]) -> Floats:
-        """Bound on the smallest cell of a transmitter and a receiver that stand apart [m^2], shape (n,).
+        """Lower bound of the cell areas of a transmitter and a receiver at two positions [m^2], shape (n,).
 
         Between them the two-way path grows more slowly along the seabed than it does for the farther end alone,
         and no beam is narrower across than that of the nearer end.
@@ -118,8 +118,7 @@ class Resolution:
 def track_sound_speed(scene: Scene, ping_geometry: PingGeometry) -> float:
     """Smaller one of the sound speeds at the least and the greatest depth of the sonar on its whole track [m/s].
 
-    The same at every ping, where the speed at the sonar's own depth is not: in layered water a sonar that heaves
-    would find other cells at each.
+    It is the same at every ping; with the speed at the sonar's own depth, cells would change with its heave.
     """
     return _smallest_speed(scene.water, ping_geometry.track_depths)
 
@@ -134,7 +133,7 @@ def min_track_height(track_extent: TrackExtent, boundary_depth: float) -> float:
     """Least height of an end of the sonar above a boundary, or depth below it, on its whole track [m].
 
     Args:
-        track_extent: Where it goes.
+        track_extent: Extent of the track of that end.
         boundary_depth: Depth of the boundary [m].
     """
     return min(abs(boundary_depth - source) for source in track_extent.depths)
@@ -188,13 +187,14 @@ def tiles_in_view(
         resolution: Resolution cells of the sonar.
         beam_floor: Two-way pressure gain below which a tile is left out [1].
         rise: Largest height of the boundary above or below its depth [m].
-        widest: Longest path from one end by a position to the other that is received [m], see `max_path_length`.
+        widest: Longest path from the transmitter by a position to the receiver that is received [m], see
+            `max_path_length`.
         glints: Spread of the directions of legs by a moving surface; None: it does not move.
         images: Images of the sonar in faces.
 
     Returns:
-        Tiles in a fixed order, and the part of their scatterers that fills the sonar's cells [1], shape (n,): cells of
-        the scatterer grid come in powers of two.
+        Tiles in a fixed order, and the fraction of their scatterers that fills the sonar's cells [1], shape (n,): cells
+        of the scatterer grid come in powers of two.
     """
     window_range = receivable_range(ping_geometry, boundary_depth, rays, families, rise=rise)
     if window_range.farthest < 0:
@@ -206,7 +206,7 @@ def tiles_in_view(
     track_cells = _TrackResolution(
         ping_geometry, scatterer_grid, boundary_depth, resolution, window_range.farthest + side
     )
-    # from tiles that are all too coarse, few enough to be looked at one by one
+    # begin with tiles that are all too coarse, or few
     while (
         scale > FINEST_SCALE
         and side * FIRST_TILES > window_range.farthest
@@ -241,7 +241,7 @@ def fill_fraction(
     ping_geometry: PingGeometry, scatterer_grid: ScattererGrid, boundary_depth: float, resolution: Resolution,
     tiles: Tiles, max_fraction: Floats
 ) -> Floats:  # fmt: skip
-    """Part of the scatterers of some tiles that fills the cells of one ping, from where it is: shape (n,).
+    """Fraction of the scatterers of some tiles that fills the resolution cells of one ping [1], shape (n,).
 
     A tile is as fine as the whole track needs it. A ping right above it, or at a large distance, has larger cells
     there.
@@ -252,7 +252,7 @@ def fill_fraction(
         boundary_depth: Depth of the boundary [m].
         resolution: Resolution cells of the sonar.
         tiles: The tiles.
-        max_fraction: Part that fills the cells of any ping, shape (n,): it is not exceeded.
+        max_fraction: Fraction that fills the cells of all pings, an upper limit of the result [1], shape (n,).
     """
     half, spans = TILE * tiles.pitch / np.sqrt(2), []
     for position in (ping_geometry.transmit_position, ping_geometry.receive_position)[
@@ -266,7 +266,7 @@ def fill_fraction(
 
 @kernel.cell_areas.stand_in
 def _cells(cell: kernel.ResolutionCell, distance: Floats, height: float, area: Floats) -> None:
-    """Largest area that one scatterer may represent [m^2], as the kernel `cell_areas`, into area (n,)."""
+    """Fill the largest areas that one scatterer may represent [m^2], (n,); see the kernel `cell_areas`."""
     slant_range = np.hypot(distance, height)
     slant = np.maximum(cell.slant, np.minimum(cell.pulse, kernel.MAX_CELL_LENGTH_RATIO * slant_range))
     length = np.minimum(slant * slant_range / np.maximum(distance, 1e-9), np.sqrt(2 * slant_range * slant))
@@ -280,7 +280,7 @@ class _TrackResolution:
         self, ping_geometry: PingGeometry, scatterer_grid: ScattererGrid, boundary_depth: float, resolution: Resolution,
         reach: float,
     ) -> None:  # fmt: skip
-        """Look up what of each track can matter to one ping.
+        """Select the segments of each track that can be nearest to a tile in reach of one ping.
 
         Args:
             ping_geometry: The sonar at this ping.
@@ -322,7 +322,7 @@ def two_way_gain_bound(
     families: tuple[str, ...], *, rise: float = 0.0, sufficient_gain: float = np.inf, glints: GlintSpread | None = None,
     images: tuple[FaceImage, ...] = (),
 ) -> Floats:  # fmt: skip
-    """Upper bound of the two-way gain anywhere near some positions of a boundary, by any pair of families.
+    """Upper bound of the two-way pressure gain near some positions of a boundary, by any pair of families.
 
     Args:
         centre: Positions (north, east) [m], shape (n, 2).
@@ -332,8 +332,8 @@ def two_way_gain_bound(
         rays: Propagation model of the scene.
         families: Families that reach the boundary.
         rise: Largest height of the boundary above or below its depth [m].
-        sufficient_gain: Gain at which no further family need be evaluated [1]: where it is reached, less than the bound
-            may be evaluated.
+        sufficient_gain: Gain at which no further family is evaluated [1]: where it is reached, the result may be less
+            than the bound.
         glints: Spread of the directions of legs by a moving surface; None: it does not move.
         images: Images of the sonar in faces.
 

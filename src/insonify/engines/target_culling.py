@@ -16,11 +16,11 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 MAX_UNCULLED = 20_000
-"""Points of a target up to which all are kept [1]."""
+"""Number of points of a target up to which all are kept [1]."""
 GRAZING = 1e-6
-"""Distance of an end below a point's face up to which the point counts as facing it: more than any rounding [m]."""
+"""Distance of an end behind the plane of a point's face up to which the point counts as facing it: rounding [m]."""
 POINTS_PER_SPHERE = 128
-"""Points in a run [1]."""
+"""Number of points in a run, which is tested as one sphere [1]."""
 
 
 def cull_points(points: Scatterers, insonification: TargetInsonification) -> Scatterers:
@@ -44,7 +44,7 @@ def rows_in_reach(
         position: Positions of the points, neighbours one after another [m], shape (n, 3).
         normal: Unit normals of their faces, shape (n, 3).
         insonification: Images of the sonar, window and beams with respect to the target.
-        run: Points that are evaluated together [1].
+        run: Number of points that are tested as one sphere [1].
     """
     starts = np.arange(0, len(position), run)
     count = np.diff(np.append(starts, len(position)))
@@ -72,14 +72,14 @@ def facing_both_ends(points: Scatterers, ping_geometry: PingGeometry) -> Scatter
 def facing(
     position: Floats, normal: Floats, images: Sequence[Floats], *, max_deviation: float = 0.0, margin: float = 0.0
 ) -> NDArray[np.bool_]:
-    """True for points on faces that are turned to some image of each end, shape (n,).
+    """True for points on faces that face some image of each end, shape (n,).
 
     Args:
         position: Positions of points on the faces of one target [m], shape (n, 3).
         normal: Unit normals of the faces there, shape (n, 3).
         images: Positions of the images of each end [m], shapes (f, 3).
-        max_deviation: Sine of the angle by which rays may arrive off the straight lines from the images [1].
-        margin: Distance of an image below a face up to which the face counts as turned to it [m].
+        max_deviation: Sine of the largest angle between rays and the straight lines from the images [1].
+        margin: Distance of an image behind the plane of a face up to which the face counts as facing it [m].
     """
     faces_all = np.ones(len(position), bool)
     for images_of_end in images:

@@ -18,17 +18,17 @@ from insonify.units import amplitude_ratio
 Floats = NDArray[np.float64]
 
 BEAM_CELLS = 10.0
-"""Patches across the main lobe of the narrowest beam [1]."""
+"""Number of patches across the main lobe of the narrowest beam [1]."""
 PULSE_CELLS = 6.0
-"""Patches along a resolution cell of slant range [1]."""
+"""Number of patches along a resolution cell of slant range [1]."""
 FRESNEL_FRACTION = 0.25
-"""Side of a patch that others may shade in part, as a part of the scale of the first Fresnel zone [1]."""
+"""Side of a patch that others may occlude in part, re the root of wavelength times distance [1]."""
 MAX_DEVIATION = 0.2
-"""Sine of the deviation of rays from the straight lines to the images, by refraction or a tilted surface [1]."""
+"""Sine of the largest angle between rays and straight lines to the images, by refraction or a tilted surface [1]."""
 MIN_TRAVEL_TIME_RATIO = 0.95
-"""Least time of a refracted path, as a part of the straight one's [1]."""
+"""Least travel time of a refracted path, re that of the straight one [1]."""
 NEAREST_WAVES = 4.0
-"""Side of a patch in wavelengths below which shade does not make it smaller [1]."""
+"""Side of a patch, re the wavelength, below which partial occlusion makes it no smaller [1]."""
 
 
 def target_insonification(
@@ -43,7 +43,7 @@ def target_insonification(
         ping_geometry: The sonar at this ping.
         slant: Resolution along the slant range [m].
         distance: Distance from the nearer end to the target [m].
-        rays: Propagation model of the scene; None: unknown, and nothing is dropped by its beam gain.
+        rays: Propagation model of the scene; None: unknown, and no patch is dropped by its gain.
     """
     families = families_reaching("target", path_settings.followed_families)
     straight = isinstance(rays, StraightRays) and not scene.is_rough(families)
@@ -119,7 +119,7 @@ def _stacked(faces: list[tuple[FaceImage, Floats]]) -> Floats:
 def _largest_gain(
     middle: Floats, radius: Floats, families: tuple[str, ...], images: Floats, beams: Beams, max_deviation: float
 ) -> Floats:
-    """Bound of the gain of an end towards spheres, by any of the families [1], shape (n,).
+    """Upper bound of the pressure pattern of an end towards spheres, by any of the families [1], shape (n,).
 
     Args:
         middle: Their middles [m], shape (n, 3).
@@ -127,7 +127,7 @@ def _largest_gain(
         families: Families of the legs.
         images: Image of the end for each family [m], shape (f, 3).
         beams: Beams of the end.
-        max_deviation: Angle by which legs may leave off the straight line [rad].
+        max_deviation: Largest angle between legs and the straight lines [rad].
     """
     best = np.zeros(len(middle))
     for name, image in zip(families, images, strict=True):

@@ -14,16 +14,16 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 PROBES = 48
-"""Positions behind a target at which rays are tried."""
+"""Number of positions behind a target at which rays are tested for occlusion."""
 
 
 class ShadowSector(NamedTuple):
-    """Azimuths and distances from the transmitter of the seabed on which one target may cast shadows."""
+    """Azimuths and horizontal distances from the transmitter at which one target may cast a shadow on the seabed."""
 
     bearing: float
     """Bearing of its middle [rad]."""
-    half: float
-    """Half of its width [rad]."""
+    half_width: float
+    """Half of its angular width [rad]."""
     near: float
     """Nearest horizontal distance [m]."""
     far: float
@@ -34,7 +34,7 @@ def shadow_sector(
     scene: Scene, rays: PropagationModel, ping_geometry: PingGeometry, families: tuple[str, ...], row: int,
     farthest: float, *, soft: bool,
 ) -> ShadowSector:  # fmt: skip
-    """The zone of one target; all around where the sonar is above or inside it.
+    """Shadow sector of one target; all bearings and distances where the sonar is above or inside it.
 
     Args:
         scene: The scene.
@@ -42,8 +42,8 @@ def shadow_sector(
         ping_geometry: The sonar at one ping.
         families: Families of legs that are followed.
         row: Row of the target among the scene's occluders.
-        farthest: Greatest horizontal distance that matters [m].
-        soft: True if its edges are soft.
+        farthest: Largest horizontal distance of the seabed [m].
+        soft: True if sound is diffracted at the edges of the target: the shadow has a penumbra.
     """
     position, (north, east, radius, *_) = ping_geometry.transmit_position, bounding_cylinders(scene)[row]
     target_distance = float(np.hypot(north - position[0], east - position[1]))

@@ -47,13 +47,13 @@ from insonify.units import amplitude_ratio
 Floats = NDArray[np.float64]
 
 FACE_CELLS = 3.0
-"""Cells of a target's face per range resolution, in each direction."""
+"""Number of cells of a target's face per range resolution, in each direction."""
 FRINGE_CELLS = 8.0
-"""Cells up a target's face per fringe between its direct and its bottom path."""
+"""Number of cells up a target's face per interference fringe of its direct and its bottom path."""
 FRINGE_POINTS = 20_000
-"""Points of a solid up to which its cells are made small for the sake of fringes [1]."""
+"""Number of points of a solid up to which its cells resolve these fringes [1]."""
 REACH_SAMPLE_POINTS = 10_000
-"""Points by which it is evaluated what part of a large target one ping can receive [1]."""
+"""Number of points from which the fraction of a large target that one ping can receive is estimated [1]."""
 SPARSE_POINTS = 5_000
 """Number of sparse points below which a body keeps all [1]."""
 MIN_DISTANCE = 0.1
@@ -79,7 +79,7 @@ def target_points(
         slant: Resolution along the slant range [m].
         quadrature: True: quadrature points for an expectation. False: random ones.
         rays: Propagation model of the scene; None: targets below the beam cutoff are not dropped.
-        resolution: Resolution cells, for targets of many drawn or sparse points to have no more than fill them; None:
+        resolution: Resolution cells, which limit the number of points on targets of many random or sparse points; None:
             all points.
         received: From `received_targets`; None: evaluated.
     """
@@ -111,7 +111,7 @@ def target_points(
 def _follows_direct_paths_alone(
     scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None
 ) -> bool:
-    """True where legs to targets are straight lines from the ends of the sonar; edges change only their visibility."""
+    """True where all legs to targets are direct and straight; edges change only their visibility."""
     is_direct = path_settings.followed_families == (DIRECT,)
     is_plain = ping_geometry.hull is None and not reflecting_faces(scene, path_settings, ping_geometry.frequency)
     return is_direct and is_plain and isinstance(rays, StraightRays)
@@ -120,7 +120,7 @@ def _follows_direct_paths_alone(
 def received_targets(
     scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None = None
 ) -> tuple[bool, ...]:
-    """Targets, in their order, of which an echo may fall into beams and window of a ping.
+    """True for each target of which an echo may be within beams and window of a ping.
 
     Args:
         scene: The scene.
@@ -142,16 +142,16 @@ class TargetPointCount(NamedTuple):
     """Approximate number of points on targets in reach of one ping."""
 
     reached: float
-    """All that legs are followed to [1]."""
+    """Number of points to which legs are followed [1]."""
     facing: float
-    """Number of them on faces towards the sonar: others scatter nothing back [1]."""
+    """Number of these on faces towards the sonar: others scatter nothing back [1]."""
 
 
 def target_count(
     scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None = None, resolution: Resolution | None = None,
 ) -> TargetPointCount:  # fmt: skip
-    """Points on the targets of a scene that one ping can receive, about: by the area of their faces, none is drawn.
+    """Approximate number of points on targets that one ping can receive, from the area of faces, without drawing any.
 
     Args:
         scene: The scene.
@@ -174,18 +174,22 @@ def target_count(
             continue
         middle, down = surface.corners.mean(axis=1), surface.corners[..., 2]
         low, high = down.min(axis=1), down.max(axis=1)
-        free = np.clip((seabed_depth_at(scene.seabed, middle[:, :2]) - low) / np.maximum(high - low, 1e-9), 0, 1)
-        points = np.nan_to_num(free) * surface.area / _cells(scene, target, ping_geometry, slant, resolution)
+        fraction_in_water = np.clip(
+            (seabed_depth_at(scene.seabed, middle[:, :2]) - low) / np.maximum(high - low, 1e-9), 0, 1
+        )
+        points = (
+            np.nan_to_num(fraction_in_water) * surface.area / _cells(scene, target, ping_geometry, slant, resolution)
+        )
         towards = float(points[np.sum((ping_geometry.transmit_position - middle) * surface.normal, axis=1) > 0].sum())
         if path_settings.geometry != "slice" and points.sum() > MAX_UNCULLED:
-            part = _part_in_reach(
+            fraction = _fraction_in_reach(
                 target,
                 scene,
                 solid_insonification(scene, target, path_settings, ping_geometry, slant, rays),
                 float(points.sum()),
             )
-            points_reached = points_reached + float(points.sum()) * part
-            facing = facing + min(towards, float(points.sum()) * part)
+            points_reached = points_reached + float(points.sum()) * fraction
+            facing = facing + min(towards, float(points.sum()) * fraction)
             continue
         points_reached, facing = points_reached + float(points.sum()), facing + towards
     if _follows_direct_paths_alone(scene, path_settings, ping_geometry, rays):
@@ -193,12 +197,12 @@ def target_count(
     return TargetPointCount(points_reached, facing)
 
 
-def _part_in_reach(target: Solid, scene: Scene, insonification: TargetInsonification, points: float) -> float:
+def _fraction_in_reach(target: Solid, scene: Scene, insonification: TargetInsonification, points: float) -> float:
     """Fraction of a target's points in reach of one ping [1], estimated from a sample of them."""
     position, normal = _coarse(target, scene.seabed)
     if not len(position):
         return 0.0
-    # as far across as runs of all its points, which lie along slivers
+    # runs as far across as those of all its points, which lie along narrow strips
     run = int(np.clip(2 * POINTS_PER_SPHERE * len(position) / points, 1, POINTS_PER_SPHERE))
     return len(rows_in_reach(position, normal, insonification, run)) / len(position)
 
@@ -212,8 +216,8 @@ def _coarse(target: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
         points = box_scatterers(target, seabed_depth_under(target, seabed), 0, side, 0, quadrature=True)
         return points.position, points.normal
     position, normal = even_points(surface, REACH_SAMPLE_POINTS)
-    free = position[:, 2] < seabed_depth_at(seabed, position[:, :2])
-    return position[free], normal[free]
+    in_water = position[:, 2] < seabed_depth_at(seabed, position[:, :2])
+    return position[in_water], normal[in_water]
 
 
 def solid_pieces(scene: Scene, ping_geometry: PingGeometry, resolution: Resolution) -> list[float]:
@@ -318,9 +322,9 @@ def _extent(scene: Scene, solid: Solid) -> Floats:
 def _solid_pitch(
     scene: Scene, solid: Solid, ping_geometry: PingGeometry, slant: float, resolution: Resolution | None
 ) -> float:
-    """Side of a solid's cells [m]: fringes are resolved while that is cheap; drawn points average over the others.
+    """Side of a solid's cells [m]: interference fringes are resolved by up to `FRINGE_POINTS` points.
 
-    Of many drawn points no more are left than fill the resolution cells.
+    More random points are not placed than fill the resolution cells; they average over the fringes.
     """
     pitch = slant / FACE_CELLS
     cheap = float(np.sqrt(surface_area(solid, scene.seabed) / _max_fringe_points(resolution)))
@@ -332,7 +336,7 @@ def _solid_pitch(
 def _box_cells(
     scene: Scene, box: Box, ping_geometry: PingGeometry, slant: float, resolution: Resolution | None
 ) -> tuple[float, float]:  # fmt: skip
-    """Side of an upright box's cells, and their height on upright faces [m]; of many drawn points as `_solid_pitch`."""
+    """Side of an upright box's cells, and their height on upright faces [m]; see `_solid_pitch`."""
     length, width, height = size = _wet_size(scene, box)
     pitch = min(slant, *size) / FACE_CELLS
     rise = _cell_height(scene, box, ping_geometry, pitch)
@@ -356,14 +360,14 @@ def _wet_size(scene: Scene, box: Box) -> tuple[float, float, float]:
 
 
 def _max_fringe_points(resolution: Resolution | None) -> int:
-    """Points of a solid up to which its cells are made small for the sake of fringes [1]."""
+    """Number of points of a solid up to which its cells resolve interference fringes [1]."""
     return SPARSE_POINTS if resolution is not None and resolution.sparse else FRINGE_POINTS
 
 
 def _resolution_square(scene: Scene, solid: Solid, ping_geometry: PingGeometry, resolution: Resolution) -> float:
     """Side of the square that one of the points that fill a resolution cell represents on a body [m].
 
-    On a face that looks along the line of sight the cell is as long as the range cell and as wide as the beam; on
+    On a face parallel to the line of sight the cell is as long as the range cell and as wide as the beam; on
     others it is larger.
     """
     surface = world_triangles(solid, scene.seabed)
@@ -379,7 +383,7 @@ def _resolution_square(scene: Scene, solid: Solid, ping_geometry: PingGeometry, 
 
 
 def _cell_height(scene: Scene, target: Solid, ping_geometry: PingGeometry, pitch: float) -> float:
-    """Height of cells on upright faces [m]: direct and bottom paths make fringes up a face, each of some points."""
+    """Height of cells on upright faces [m]: several to each interference fringe of direct and bottom paths."""
     nearest = float(np.linalg.norm(np.array(target.position) - ping_geometry.platform_positions[:, :2], axis=1).min())
     highest = max(scene.seabed.depth - ping_geometry.track_depths[0], 0.1)
     wavelength = track_sound_speed(scene, ping_geometry) / ping_geometry.frequency
@@ -410,7 +414,7 @@ def _may_fall_in_window(solid: Solid, scene: Scene, ping_geometry: PingGeometry)
 def _within_beams(
     scene: Scene, target: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None
 ) -> bool:
-    """Return True if beams receive a target at all; where it is known how sound travels, above their floor."""
+    """Return True if beams may receive a target; with a propagation model, above the beam cutoff."""
     if rays is not None:
         return not _below_beam_floor(scene, target, path_settings, ping_geometry, rays)
     by_face = bool(face_images(scene, path_settings, ping_geometry, "target"))
@@ -420,9 +424,9 @@ def _within_beams(
 def _below_beam_floor(
     scene: Scene, target: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
 ) -> bool:
-    """Return True if no two paths reach a target above the floor of the beams.
+    """Return True if the two-way gain to a target is below the beam cutoff by any pair of families.
 
-    A sidescan's beams swim past a target long before and after they receive more of it than their side lobes take in.
+    A sidescan receives a target in side lobes alone for most of the time in which it passes it.
     """
     terrain, (north, east, radius, top, base) = (
         scene.seabed.terrain,
@@ -438,7 +442,7 @@ def _below_beam_floor(
 
 
 def _outside_beams(scene: Scene, target: Solid, ping_geometry: PingGeometry) -> bool:
-    """Return True if no beam sends, or none receives, anything towards a body, however the paths rise or fall.
+    """Return True if all transmit or all receive patterns vanish towards a body, at any elevation.
 
     One side of a sidescan sonar does not receive from behind its baffle; its other side does.
     """
@@ -456,7 +460,7 @@ def _outside_beams(scene: Scene, target: Solid, ping_geometry: PingGeometry) -> 
         bearing = np.arctan2(offset[1], offset[0]) + np.linspace(-half, half, 9)
         climb = np.linspace(-np.pi / 2, np.pi / 2, 181)[:, None]
         sine = np.broadcast_to(np.sin(climb), (181, 9))
-        path_length = np.stack([np.cos(climb) * np.cos(bearing), np.cos(climb) * np.sin(bearing), sine], axis=-1)
-        if not beams.gain(path_length).any():
+        direction = np.stack([np.cos(climb) * np.cos(bearing), np.cos(climb) * np.sin(bearing), sine], axis=-1)
+        if not beams.gain(direction).any():
             return True
     return False

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.sonar.ping_geometry import PingGeometry
 
-MOST_HIDDEN = 0.1
-"""Part of the seabed in the window, hidden by terrain, up to which the fast path serves [1]."""
+MAX_HIDDEN_FRACTION = 0.1
+"""Largest fraction of the seabed in the window, hidden by terrain, for which fast reverberation is used [1]."""
 BEARINGS = (-0.08, -0.04, 0.0, 0.04, 0.08)
-"""Bearings of the profiles off the boresight [rad]."""
+"""Bearings of the profiles re the boresight [rad]."""
 SAMPLES = 4096
-"""Samples of a profile, at most."""
+"""Largest number of samples of a profile."""
 
 
-def hidden_part(terrain: SeabedTerrain, ping_geometry: PingGeometry) -> float:
-    """Part of the horizontal distances in the window at which direct paths are cut by terrain [1].
+def hidden_fraction(terrain: SeabedTerrain, ping_geometry: PingGeometry) -> float:
+    """Fraction of the horizontal distances in the window at which terrain occludes direct paths [1].
 
     Args:
         terrain: The terrain.

@@ -45,7 +45,7 @@ __all__ = [
 Floats = NDArray[np.floating[Any]]
 
 SEABED = -2
-"""Row of the seabed among the occluders: the object that occludes."""
+"""Value of `Legs.occluder` for the seabed."""
 
 
 class TerrainOcclusion:
@@ -71,16 +71,16 @@ class TerrainOcclusion:
         min_profile_width: float,
         gain_bound: GainBound | None = None,
     ) -> None:  # fmt: skip
-        """Prepare without walking any line.
+        """Prepare without sampling any profile.
 
         Args:
             terrain: The seabed.
-            position: North, east, depth of the end [m], shape (3,).
+            position: North, east, depth of transmitter or receiver [m], shape (3,).
             launches: Launch angles as a function of position.
-            farthest: Horizontal distance beyond which occlusion is that at this distance [m].
+            farthest: Horizontal distance of the last samples [m]; points beyond it are occluded like points there.
             wavelength: Acoustic wavelength, for the Fresnel zone of a bounce [m].
             min_profile_width: Slices need not be narrower than this [rad].
-            gain_bound: How strong sound of some bearings can be; None: all alike.
+            gain_bound: Upper bound of the two-way gain by bearing, to merge slices of low gain; None: none is merged.
         """
         self.bed, self.launches, self.wavelength = terrain, launches, wavelength
         self._all_below = terrain.span[0] > position[2]
@@ -141,7 +141,7 @@ class TerrainOcclusion:
         self, groups: list[ProfileGroup], family: str, distance: Floats, is_clear: NDArray[np.bool_],
         factor: NDArray[np.complex128] | None,
     ) -> None:  # fmt: skip
-        """Mark terrain that nearer terrain hides, and multiply `factor` by that of crests below the rays to it."""
+        """Mark terrain that nearer terrain hides; multiply `factor` (pressure) by that of crests before it."""
         soft, crest_factor = factor is not None, np.empty(0, complex) if factor is None else factor
         for lines, points, rows in groups:
             if not lines.unobstructed(family):
@@ -155,24 +155,24 @@ class TerrainOcclusion:
         factor: NDArray[np.complex128] | None,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Return True if rays of one family are clear, segment by segment; `factor` gets the factor of their crests."""
-        string = bounce_sequence(family)
+        letters = bounce_sequence(family)
         slope = launch_slope(family, sine)
-        if string == "S" and self._all_below:  # its bounce does not matter
+        if letters == "S" and self._all_below:  # its bounce does not matter
             stops = [distance, distance]
         else:
             stops = [*self.launches.bounce_ranges(family, slope), distance]
         zone_lengths = {
             k: fresnel_half_length(stops[k], distance, self.launches.bottom_grazing_tangent(slope), self.wavelength)
-            for k, letter in enumerate(string)
+            for k, letter in enumerate(letters)
             if letter == "B"
         }
         is_clear = np.ones(len(distance), bool)
         for k, stop in enumerate(stops):
-            if k == 0 and first_boundary(string) == "surface" and self._all_below:
+            if k == 0 and first_boundary(letters) == "surface" and self._all_below:
                 continue
-            passed, ends = string[:k] or "D", on_terrain and k == len(string)
+            passed, ends_on_terrain = letters[:k] or "D", on_terrain and k == len(letters)
             before = stop - zone_lengths.get(k, 0.0)
-            if last_boundary(passed) == "bottom" and not ends:
+            if last_boundary(passed) == "bottom" and not ends_on_terrain:
                 span = self._steps(stops[k - 1] + zone_lengths[k - 1]), self._steps(before)
                 segment_clear = np.ones(len(is_clear), bool)
                 for lines, points, rows in groups:
@@ -181,8 +181,8 @@ class TerrainOcclusion:
                 if factor is not None:
                     self._under_crests(groups, passed, span, slope, distance, segment_clear, factor)
                 continue
-            downward_slope = -slope if k == 0 and first_boundary(string) == "surface" else slope
-            if ends:
+            downward_slope = -slope if k == 0 and first_boundary(letters) == "surface" else slope
+            if ends_on_terrain:
                 segment_clear = np.ones(len(is_clear), bool)
                 self._occlude_terrain_points(groups, passed, distance, segment_clear, factor)
                 is_clear &= segment_clear
@@ -196,6 +196,7 @@ class TerrainOcclusion:
         self, groups: list[ProfileGroup], family: str, reach: Floats, slope: Floats, distance: Floats,
         factor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
+        """Multiply `factor` by that of crests that descending rays pass up to a horizontal distance `reach` [m]."""
         is_clear = np.empty(0, bool)
         for lines, points, rows in groups:
             rays = crests.LineRays(rows, points, slope, distance, is_clear, factor)
@@ -207,6 +208,7 @@ class TerrainOcclusion:
         self, groups: list[ProfileGroup], family: str, span: tuple[Floats, Floats], slope: Floats, distance: Floats,
         is_clear: NDArray[np.bool_], factor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
+        """Multiply `factor` by that of crests that rising rays pass between two distances [steps]."""
         for lines, points, rows in groups:
             rays = crests.LineRays(rows, points, slope, distance, is_clear, factor)
             crests.diffract_rising_rays(
@@ -214,26 +216,28 @@ class TerrainOcclusion:
             )
 
     def image_paths_clear(
-        self, groups: list[ProfileGroup], nodes: Floats, spared: Floats, *, on_terrain: bool
+        self, groups: list[ProfileGroup], nodes: Floats, bounce_margin: Floats, *, on_terrain: bool
     ) -> NDArray[np.bool_]:
-        """Return True if paths with any bounces clear the seabed on the paths to positions, tested sample by sample.
+        """Return True for paths of straight segments that the seabed does not cut, tested sample by sample.
 
         Args:
             groups: Groups of the positions by `profile_groups`.
             nodes: Horizontal distance and depth of the sonar, of each bounce and of the position [m], shape (k, n, 2).
-            spared: Distance about each of these within which the seabed is the reflecting plane [m], shape (k, n).
+            bounce_margin: Horizontal distance about each of these where the seabed reflects and is not tested [m],
+                shape (k, n).
             on_terrain: True if the positions lie on the seabed: then paths end on that of their slice's line.
 
         Returns:
-            True where a segment is clear, shape (n,).
+            True where all segments of a path are clear, shape (n,).
         """
         is_clear = np.ones(nodes.shape[1], bool)
         for lines, points, rows in groups:
             depths = kernel.LineDepths(lines.depth, lines.shallowest, self.step)
-            kernel.segments_clear(depths, rows, points, nodes, spared, on_terrain, PENETRATION, is_clear)
+            kernel.segments_clear(depths, rows, points, nodes, bounce_margin, on_terrain, PENETRATION, is_clear)
         return is_clear
 
     def _horizon(self, groups: list[ProfileGroup], family: str, distance: Floats) -> Floats:
+        """Launch horizon of a family at horizontal distances [m] of the points [1], shape (n,)."""
         horizon, reach = np.full(len(distance), np.inf), self._steps(distance)
         for lines, points, rows in groups:
             kernel.horizon_at(lines.horizon(family).horizon, rows, reach, points, horizon)
@@ -266,7 +270,7 @@ def launch_slope(family: str, sine: Floats) -> Floats:
 
 
 def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavelength: float) -> Floats:
-    """Half the length, along the ray, of the first Fresnel zone of a bounce on a horizontal seabed [m].
+    """Half length of the first Fresnel zone of a bounce on a horizontal seabed [m], shape (n,).
 
     Args:
         bounce: Horizontal distance of the bounce [m], shape (n,).
@@ -288,12 +292,12 @@ def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavel
 
 
 class ProfiledPoints(NamedTuple):
-    """Some points as they lie about one end of the sonar: n of them."""
+    """Points by their position about one end of the sonar, n of them."""
 
     distance: Floats
     """Horizontal distance [m], shape (n,)."""
     groups: list[ProfileGroup]
-    """By the lines that pass them."""
+    """The points, grouped by the batch that holds the profile of their slice."""
 
 
 def locate_points(terrain_occlusion: TerrainOcclusion, sonar: Floats, position: Floats) -> ProfiledPoints:
@@ -302,7 +306,7 @@ def locate_points(terrain_occlusion: TerrainOcclusion, sonar: Floats, position: 
     Args:
         terrain_occlusion: Occlusion by the seabed for that end.
         sonar: North, east, depth of that end [m], shape (3,).
-        position: The same of the points [m], shape (n, 3).
+        position: North, east, depth of the points [m], shape (n, 3).
     """
     return ProfiledPoints(*terrain_occlusion.profiles.group_points(sonar, position))
 
@@ -313,9 +317,9 @@ def occlude_by_terrain(
     """Legs over relief: occluded by the seabed, and reduced by its roughness at every bottom bounce.
 
     Args:
-        legs: Legs over the mean plane.
+        legs: Legs over the mean seabed.
         scatterers: The points that they reach.
-        position: North, east, depth of the sonar's end [m], shape (3,).
+        position: North, east, depth of transmitter or receiver [m], shape (3,).
         terrain_occlusion: Occlusion by the seabed for that end.
         soft: True if sound is diffracted over crests. Visibility is complex then; on legs that targets cut it is the
             factor of the seabed alone, to which `knife_edge.diffract_at_edges` adds that of the targets.
@@ -364,7 +368,7 @@ def write_terrain_occlusion(
     legs: Legs, columns: LegOcclusion, scatterers: Scatterers, position: Floats, terrain_occlusion: TerrainOcclusion, *,
     soft: bool,
 ) -> Floats:  # fmt: skip
-    """Occlude legs by the seabed alone; returns the horizontal distance of their ends [m], shape (n,).
+    """Occlude legs by the seabed alone; return the horizontal distance of their points [m], shape (n,).
 
     Args:
         legs: See `occlude_by_terrain`.
@@ -386,7 +390,7 @@ def write_terrain_occlusion(
 
 
 def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance: Floats, slope: Floats) -> Floats:
-    """Coherent reflection factor of all bottom bounces of a family [1]."""
+    """Coherent reflection factor of all bottom bounces of a family, for pressure [1], shape (n,)."""
     factor, launches = np.ones(len(distance)), terrain_occlusion.launches
     tangent = launches.bottom_grazing_tangent(slope)
     sine = np.asarray(tangent / np.hypot(1, tangent), float)
@@ -396,7 +400,7 @@ def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance
                 bounce < distance, bounce, distance / 2
             )  # a ray that turns before it contributes nothing
             half = fresnel_half_length(bounce_range, distance, tangent, terrain_occlusion.wavelength)
-            # An ellipse, longer along the ray than across it: its mean axis.
+            # geometric mean of the zone's length and width [m]
             zone = np.asarray(np.maximum(2 * half * np.sqrt(sine), 1e-6), float)
             factor *= terrain_occlusion.bed.roughness_reflection_factor(sine, terrain_occlusion.wavelength, zone)
     return factor

@@ -28,24 +28,25 @@ from insonify.scene.seabed_terrain import SeabedTerrain
 Floats = NDArray[np.floating[Any]]
 Integers = NDArray[np.int64]
 GainBound = Callable[[NDArray[np.float64], float, tuple[float, float]], NDArray[np.float64]]
-"""Two-way gain [1] that is surely not exceeded about some bearings [rad], given the width of each [rad] and the nearest
-and the farthest distance [m]; infinite where that is unknown."""
+"""Upper bound of the two-way pressure gain [1] about some bearings [rad], given the width of each [rad] and the nearest
+and farthest horizontal distance [m]; infinite where it is not known."""
 
 PROFILES_PER_WAVE = 4
+"""Number of slices across the shortest terrain wave, at the outer edge of a zone."""
 FIRST_ZONE = 128
-"""Slices of the innermost zone; each zone farther out reaches twice as far and has twice as many."""
+"""Number of slices of the innermost zone; each zone farther out reaches twice as far and has twice as many."""
 PROFILES_PER_BATCH = 64
 """Largest number of profiles that are sampled and stored together."""
 SAMPLES_PER_CHECK = 256
-"""Samples of a line that are tested before the result so far is evaluated."""
+"""Number of samples of a line that are tested before the test may end early."""
 LOW_GAIN = 0.1
-"""Two-way gain re the largest at its distance, below which slices are merged [1]: a quarter of scatterers is kept."""
+"""Two-way pressure gain re the largest at its distance, below which slices are merged [1]."""
 MERGE_POWER = 2
-"""Power of two of the number of slices that are merged."""
+"""Base-2 logarithm of the number of slices that are merged into one."""
 MERGE_GROUP = 1 << kernel.MERGE_BLOCK_LOG2
-"""Consecutive slices with one decision about merging."""
+"""Number of consecutive slices with one decision about merging."""
 PROFILES_PER_SECTOR = 4 * MERGE_GROUP
-"""Slices whose gain is bounded together, before that of each `MERGE_GROUP` in the strongest of these."""
+"""Number of slices whose gain is bounded together, before that of each `MERGE_GROUP` in the strongest of these."""
 
 
 class TerrainProfiles:
@@ -58,8 +59,8 @@ class TerrainProfiles:
 
         Args:
             depth: Depths of the seabed at even distances [m], shape (lines, samples).
-            bearing: Bearing of each line from the scatterer grid's [rad], shape (lines,).
-            distance: One step, two steps, ... [m], shape (samples,).
+            bearing: Bearing of each line re the heading of the scatterer grid [rad], shape (lines,).
+            distance: Horizontal distances of the samples: one step, two steps, ... [m], shape (samples,).
             launches: Launch angles as a function of position.
             wavelength: Acoustic wavelength [m].
         """
@@ -86,6 +87,7 @@ class TerrainProfiles:
             return self._unobstructed[family]
 
     def _never_rises(self, family: str) -> bool:
+        """Evaluate `unobstructed` without the cache."""
         rays = self._launches
         if not isinstance(rays, StraightLaunchAngles):
             largest_fall = rays.largest_unobstructed_fall(family, float(self._distance[0]), self.depth.shape[1])
@@ -107,7 +109,7 @@ class TerrainProfiles:
 
 
 ProfileGroup = tuple[TerrainProfiles, Integers, Integers]
-"""Lines, the points that they pass, and the row of the line of each of these."""
+"""Lines of one batch, the indices of points whose slices they represent, and the row of the line of each point."""
 
 
 _MERGED: RecentResults[NDArray[np.uint8]] = RecentResults(8)
@@ -121,7 +123,7 @@ class AzimuthProfiles:
         min_profile_width: float,
         gain_bound: GainBound | None = None,
     ) -> None:  # fmt: skip
-        """Prepare without any profile; arguments see `terrain_occlusion.TerrainOcclusion`."""
+        """Prepare without any profile; arguments are those of `terrain_occlusion.TerrainOcclusion`."""
         self._terrain, self._launches, self._wavelength = terrain, launches, wavelength
         self._scatterer_grid, self.step = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size
         self._sonar = self._scatterer_grid.from_world(np.asarray(position, float)[:2])
@@ -137,7 +139,7 @@ class AzimuthProfiles:
         self._lock = Lock()
 
     def _low_gain_groups(self, gain_bound: GainBound) -> NDArray[np.uint8]:
-        """Power of two of the slices that are merged in each group of eight, more than 0 where gains are low."""
+        """Base-2 logarithm of the number of slices with one profile, by `MERGE_GROUP`; 0 where gains are not low."""
         result, inner = np.zeros_like(self.merged), 0.0
         for start, count, outer in zip(self.starts, self.counts, self.edges, strict=False):
             width, zone, sectors = 2 * np.pi / count, (inner, float(outer)), np.arange(0, count, PROFILES_PER_SECTOR)
@@ -157,14 +159,14 @@ class AzimuthProfiles:
         return result
 
     def group_points(self, sonar: Floats, position: Floats) -> tuple[Floats, list[ProfileGroup]]:
-        """Points by the lines that pass them.
+        """Group points by the batch that holds the profile of their slice.
 
         Args:
             sonar: North and east of the sonar [m], shape (2 or more,).
             position: North and east of the points [m], shape (n, 2 or more).
 
         Returns:
-            Their horizontal distances [m], shape (n,), and the points by the lines that pass them.
+            Their horizontal distances [m], shape (n,), and the groups.
         """
         distance, slice_of = np.empty(len(position)), np.empty(len(position), np.int64)
         to_sample = np.zeros(len(self._batch), bool)
@@ -190,7 +192,7 @@ class AzimuthProfiles:
         """Sample the profiles of some slices, each from the sonar to the outer edge of its zone.
 
         Args:
-            slices: Numbers of the slices, of merged ones the first, increasing, shape (n,).
+            slices: Indices of the slices, of merged ones the first, increasing, shape (n,).
         """
         with self._lock:
             slices = slices[self._batch[slices] < 0]  # another thread may have sampled them
@@ -236,15 +238,15 @@ class AzimuthZones(NamedTuple):
     edges: Floats
     """Outer edges [m], shape (z,)."""
     counts: Integers
-    """Slices in each zone, shape (z,)."""
+    """Number of slices in each zone, shape (z,)."""
     starts: Integers
-    """Number of the first slice of each zone; the last number is the end of all, shape (z + 1,)."""
+    """Index of the first slice of each zone, and the number of slices, shape (z + 1,)."""
     firsts: Integers
-    """Number of the first sample of a line in each zone; the last number is the end of all, shape (z + 1,)."""
+    """Index of the first sample of a line in each zone, and the number of samples, shape (z + 1,)."""
     runs: tuple[int, ...]
-    """Runs of `SAMPLES_PER_RUN` samples up to the end of each zone."""
+    """Number of runs of `SAMPLES_PER_RUN` samples up to the outer edge of each zone, z of them."""
     distance: Floats
-    """Distances of the samples [m]."""
+    """Horizontal distances of the samples [m], shape (samples,)."""
 
 
 @lru_cache(maxsize=16)

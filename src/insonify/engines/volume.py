@@ -46,36 +46,37 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 CUBES_PER_BLOCK = 64
-"""Blocks of water that are drawn together."""
+"""Number of cubes of water that are drawn together."""
 MAX_CUBES = 1_600_000
-"""Largest number of blocks of one ping, 64 points each."""
+"""Largest number of cubes of one ping, 64 points each."""
 COUNTED = 20_000
-"""Blocks of one scale by which those of one ping are counted: to 1 % [1]."""
+"""Number of cubes of one scale from which those of one ping are estimated, to 1 % [1]."""
 MAX_TILES = 1_600_000
 """Largest number of tiles of quadrature points, `SHELLS_PER_TILE` points each at most."""
 MIN_RANGE = 1.0
-"""Range below which cells get no smaller [m]."""
+"""Slant range below which cells get no smaller [m]."""
 SHELLS_PER_TILE = 64
-"""Shells of a tile of even points, which is one sector wide and one stratum thick."""
+"""Number of shells of a tile of quadrature points, which is one sector wide and one stratum thick."""
 SECTORS_PER_GROUP = 16
-"""Sectors of a group, which is tested against the beams before its tiles are."""
+"""Number of sectors of a group, which is tested against the beams before its tiles are."""
 POINTS_PER_CELL_SIDE = 1.5
-"""Quadrature points along range and across the beam in a resolution cell, for `USUAL_PER_CELL` scatterers a cell."""
+"""Number of quadrature points in a resolution cell along range, and across the beam, at `USUAL_PER_CELL` scatterers."""
 USUAL_PER_CELL = 5.0
+"""Number of scatterers in a resolution cell to which that refers [1]."""
 MIN_STRATA = 8.0
-"""Even points up the water, at least."""
+"""Least number of strata of quadrature points in a layer."""
 WIDEST_SECTOR = 0.05
-"""Widest sector of even points [rad]."""
+"""Largest width of a sector of quadrature points [rad]."""
 MIN_KEEP_PROBABILITY = 1 / 32
-"""Smallest keep probability of even points [1]."""
+"""Smallest keep probability of quadrature points [1]."""
 MAX_COUNTED_ROWS = 24
-"""Rows of tiles by which those of a ping are counted, near ones each by itself [1]."""
+"""Largest number of rows of tiles from which those of a ping are estimated, near rows each by itself [1]."""
 COUNTED_TILES = 300
-"""Tiles of such a row, drawn at random, by whose points those of the row are counted [1]."""
+"""Number of tiles of such a row, drawn at random, from whose points those of the row are estimated [1]."""
 MAX_TRAVEL_TIME_RATIO = 1.1
 """Largest travel time of a refracted path re that of the straight one [1]."""
 MIN_CELLS_PER_PATCH = 6.0
-"""Cells along the shortest side of a patch, at least."""
+"""Least number of cells along the shortest side of a scattering patch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +96,7 @@ class VolumeScatterers:
             quadrature: True: quadrature points for an expectation. False: random ones fixed to the world.
 
         Raises:
-            ValueError: There would be more points than anybody would wait for.
+            ValueError: There would be more than `MAX_CUBES` cubes or `MAX_TILES` tiles.
         """
         water, seabed = self.scene.water, self.scene.seabed
         if len(self._layers):
@@ -106,8 +107,8 @@ class VolumeScatterers:
             else:
                 cubes = self.cubes()
                 for start in range(0, len(cubes.scale), CUBES_PER_BLOCK):
-                    part = cubes.take(slice(start, start + CUBES_PER_BLOCK))
-                    yield partial(water_scatterers, water, seabed, part, self.seed)
+                    batch = cubes.take(slice(start, start + CUBES_PER_BLOCK))
+                    yield partial(water_scatterers, water, seabed, batch, self.seed)
         yield from self._patches(quadrature=quadrature)
 
     def count(self, *, quadrature: bool) -> float:
@@ -121,11 +122,12 @@ class VolumeScatterers:
         try:
             if quadrature:
                 return self._count_even_points()
-            return sum(float(share * len(cubes.scale)) for share, cubes in self._scales(COUNTED)) * CELLS**3
+            return sum(float(weight * len(cubes.scale)) for weight, cubes in self._scales(COUNTED)) * CELLS**3
         except ValueError:
             return float("inf")
 
     def _patches(self, *, quadrature: bool) -> Iterator[Callable[[], Scatterers]]:
+        """Points of the scattering patches that this ping can receive, in blocks."""
         for patch in self.scene.water.patches:
             middle, radius = np.array([patch.position]), np.array([float(np.linalg.norm(patch.size)) / 2])
             if not self._receivable(middle, radius)[0]:
@@ -144,11 +146,11 @@ class VolumeScatterers:
         return self.scene.water.layers(max_water_depth(self.scene.seabed))
 
     def cubes(self) -> WaterBlocks:
-        """The cubes of drawn points that this ping can receive, each at the scale that the whole track requests."""
+        """Cubes of random points that this ping can receive, each at the scale that the whole track requests."""
         return WaterBlocks(*map(np.concatenate, zip(*(cubes for _, cubes in self._scales()), strict=True)))
 
     def _scales(self, counted: int | None = None) -> Iterator[tuple[float, WaterBlocks]]:
-        """The cubes of each scale, and the number of cubes that each stands for.
+        """Number of cubes that each cube of a scale represents [1], and these cubes, scale by scale.
 
         Args:
             counted: Largest number of cubes that are divided further, at random; None: all are.
@@ -162,16 +164,16 @@ class VolumeScatterers:
         stop = int(np.ceil(max_water_depth(self.scene.seabed) / side))
         grid = np.mgrid[first[0] : last[0] + 1, first[1] : last[1] + 1, 0:stop].reshape(3, -1)
         cubes = WaterBlocks(np.full(grid.shape[1], scale), *grid)
-        share, total, draw = 1.0, 0.0, np.random.default_rng(self.seed)
+        weight, total, draw = 1.0, 0.0, np.random.default_rng(self.seed)
         while len(cubes.scale):
             cubes, fine = self._refine(cubes)
-            yield share, cubes.take(fine)
-            total += share * int(fine.sum())
+            yield weight, cubes.take(fine)
+            total += weight * int(fine.sum())
             cubes = cubes.take(~fine).split()
-            if total + share * len(cubes.scale) > MAX_CUBES:
+            if total + weight * len(cubes.scale) > MAX_CUBES:
                 raise ValueError(TOO_MANY)
             if counted is not None and len(cubes.scale) > counted:
-                share *= len(cubes.scale) / counted
+                weight *= len(cubes.scale) / counted
                 cubes = cubes.take(draw.choice(len(cubes.scale), counted, replace=False))
 
     def _refine(self, cubes: WaterBlocks) -> tuple[WaterBlocks, NDArray[np.bool_]]:
@@ -219,12 +221,12 @@ class VolumeScatterers:
         return self._gain_bound(centre, radius, floor) >= floor
 
     def _gain_bound(self, centre: Floats, radius: Floats, sufficient: float) -> Floats:
-        """Upper bound of the two-way gain in some balls of water, by any pair of families [1], (n,).
+        """Upper bound of the two-way pressure gain in some balls of water, by any pair of families [1], (n,).
 
         Args:
             centre: Centres of the balls [m], (n, 3).
             radius: Their radii [m], (n,).
-            sufficient: Families are left out where those before give a bound as large as this.
+            sufficient: Bound from which on no further family is evaluated [1].
         """
         geometry, water, path_settings = self.ping_geometry, self.scene.water, self.path_settings
         ends = [
@@ -263,14 +265,19 @@ class VolumeScatterers:
     def _rays(
         self, family: str, position: Floats, centre: Floats, radius: Floats
     ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-        """Lengths of the straight rays of one family to some balls of water, their radii over relief, the rays [m]."""
+        """Straight rays of one family to some balls of water.
+
+        Returns:
+            Lengths of the rays [m], (n,); radii of the balls, enlarged by what relief may displace the rays [m], (n,);
+            vectors along the rays at the sonar [m], (n, 3).
+        """
         ray = centre - [*position[:2], image_depth(family, float(position[2]), self.scene.seabed.depth)]
         length = np.maximum(np.linalg.norm(ray, axis=1), 1e-9)
         ray[:, 2] *= (-1) ** len(bounce_sequence(family))
         return length, radius + self._relief_height * 2 * bottom_bounces(family), ray
 
     def _refracted_directions(self, ray: Floats) -> Iterator[tuple[Floats, float]]:
-        """Departure cones of rays to some positions, given the straight directions."""
+        """Departure cones of refracted rays, given straight directions (n, 3): axes (n, 3), half angle [rad]."""
         water = self.scene.water
         if not water.layered:
             yield ray, 0.0
@@ -284,10 +291,10 @@ class VolumeScatterers:
             yield np.column_stack([np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)]), bend / 4
 
     def _tiles(self) -> tuple[Floats, Floats]:
-        """Tiles of even points in reach, and the largest keep probability in each [1], (n,).
+        """Tiles of quadrature points in reach, (n, 5), and the largest keep probability in each [1], (n,).
 
-        Columns: number of the row, number of the sector, upper side, thickness [m], gain from which on all points are
-        kept [1], (n, 5).
+        Columns: index of the row, index of the sector, upper side [m], thickness [m], gain from which on all points are
+        kept [1].
         """
         total, tiles, keep_probability = 0, [np.zeros((0, 5))], [np.zeros(0)]
         for row in range(self._row_count):
@@ -301,7 +308,7 @@ class VolumeScatterers:
         return np.concatenate(tiles), np.concatenate(keep_probability)
 
     def _count_even_points(self) -> float:
-        """Approximate number of even points that are kept: by rows that become sparser with the distance."""
+        """Approximate number of quadrature points that are kept, from rows that become sparser with distance."""
         edges = np.unique((self._row_count * np.linspace(0, 1, MAX_COUNTED_ROWS + 1) ** 2).astype(int))
         tiles, points, draw = 0.0, 0.0, np.random.default_rng(self.seed)
         for first, last in pairwise(edges.tolist()):
@@ -321,19 +328,19 @@ class VolumeScatterers:
         return int(np.ceil(self._farthest / self._steps[0])) // SHELLS_PER_TILE + 1
 
     def _keep_probability(self, gain: Floats, full_gain: Floats) -> Floats:
-        """Keep probability of even points by their two-way gains, and those from which on all are kept [1], (n,)."""
+        """Keep probability of quadrature points by their gains, and the gains from which on all are kept [1], (n,)."""
         probability = np.ones(len(gain))
         if self.path_settings.importance_sampling:
             keep_probabilities(gain / full_gain, LINEAR_BELOW, MIN_KEEP_PROBABILITY, probability)
         return probability
 
     def _tiles_of_row(self, row: int, layer: Floats) -> tuple[Floats, Floats]:
-        """Tiles of one layer in one row that are received, and their keep probabilities, as of `_tiles`.
+        """Tiles of one layer in one row that are received, and their keep probabilities, see `_tiles`.
 
         Groups of sectors are tested first.
 
         Args:
-            row: Number of the row, from the sonar outwards.
+            row: Index of the row, from the sonar outwards.
             layer: Upper and lower side [m], s_v [1/m].
         """
         inner, outer = (float(edge * SHELLS_PER_TILE * self._steps[0]) for edge in (row, row + 1))
@@ -372,10 +379,10 @@ class VolumeScatterers:
         return tiles, self._keep_probability(gain, tiles[:, 4])
 
     def _tile_scatterers(self, tiles: Floats, keep_probability: Floats) -> Scatterers:
-        """The even points of some tiles that are kept.
+        """The quadrature points of some tiles that are kept.
 
         Args:
-            tiles: As of `_tiles`, (n, 5).
+            tiles: See `_tiles`, (n, 5).
             keep_probability: Largest in each [1], (n,).
         """
         position, volume, number = self._tile_points(tiles, keep_probability)
@@ -384,10 +391,10 @@ class VolumeScatterers:
         )
 
     def _tile_points(self, tiles: Floats, keep_probability: Floats) -> tuple[Floats, Floats, NDArray[np.uint64]]:
-        """Positions [m] (n, 3), volumes [m^3] and numbers of the even points of some tiles that are kept.
+        """Positions [m] (n, 3), volumes [m^3] and keys of the quadrature points of some tiles that are kept.
 
         Args:
-            tiles: As of `_tiles`, (n, 5).
+            tiles: See `_tiles`, (n, 5).
             keep_probability: Largest in each [1], (n,).
         """
         geometry, count = self.ping_geometry, len(tiles) * SHELLS_PER_TILE
@@ -396,19 +403,19 @@ class VolumeScatterers:
         source = np.asarray(geometry.transmit_position, float)
         grid = ShellGrid(SHELLS_PER_TILE, *self._steps, self._first_bearing, source, QUASIRANDOM_STEPS)
         n = tile_points(tiles, keep_probability, grid, position, volume, number, tile, priority)
-        share = keep_probability[tile[:n]]
+        probability = keep_probability[tile[:n]]
         paths = self._straight_paths
         if len(paths.vertical_sign):
             gain = np.empty(n)
             beams = geometry.transmit_beams.kernel_majorants, geometry.bounding_receive_beams.kernel_majorants
             two_way_gains(position[:n], paths, *beams, gain)
-            share = np.minimum(share, self._keep_probability(gain, tiles[tile[:n], 4]))
-        n = thin_points(share, position, volume, number, priority)
+            probability = np.minimum(probability, self._keep_probability(gain, tiles[tile[:n], 4]))
+        n = thin_points(probability, position, volume, number, priority)
         return position[:n], volume[:n], number[:n]
 
     @property
     def _straight_paths(self) -> StraightPaths:
-        """Paths by whose two-way gain points are kept: none where they are refracted, or all points are kept."""
+        """Paths for the two-way gain of single points: none with refraction or faces, or where all points are kept."""
         geometry, bed = self.ping_geometry, self.scene.seabed.depth
         families = self.path_settings.followed_families
         if self.scene.water.layered or face_images(self.scene, self.path_settings, geometry, "water"):
@@ -422,19 +429,19 @@ class VolumeScatterers:
         return StraightPaths(ends[:, :2].copy(), depth.reshape(2, -1), vertical_sign, rise, same_ends)
 
     def _point(self, distance: Floats, azimuth: Floats) -> Floats:
-        """North and east [m], azimuth counted from half a turn off boresight."""
+        """North and east at a distance [m] and an azimuth re half a turn from boresight [rad]: [m], (n, 2)."""
         bearing = self._first_bearing + azimuth
         offset = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1) * distance[..., None]
         return np.asarray(self.ping_geometry.transmit_position[:2] + offset)
 
     @property
     def _first_bearing(self) -> float:
-        """Bearing of the first sector, half a turn off boresight [rad]."""
+        """Bearing of the first sector, half a turn from boresight [rad]."""
         return float(np.arctan2(self.ping_geometry.boresight[1], self.ping_geometry.boresight[0]) + np.pi)
 
     @property
     def _steps(self) -> tuple[float, float]:
-        """Steps of even points in slant range [m] and azimuth [rad]; a whole number of groups of them is a turn."""
+        """Steps of quadrature points in slant range [m] and azimuth [rad]; a turn is a whole number of groups."""
         finer = float(np.cbrt(self.resolution.scatterers_per_cell / USUAL_PER_CELL)) * POINTS_PER_CELL_SIDE
         narrowest = min(self.resolution.beam_width / finer, WIDEST_SECTOR)
         sectors = np.ceil(2 * np.pi / narrowest / SECTORS_PER_GROUP) * SECTORS_PER_GROUP
@@ -442,7 +449,7 @@ class VolumeScatterers:
 
     @property
     def _farthest(self) -> float:
-        """Greatest range received [m]."""
+        """Largest distance from which echoes are received [m]."""
         end_distance = float(np.linalg.norm(self.ping_geometry.transmit_position - self.ping_geometry.receive_position))
         return self.scene.water.max_sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0) / 2 + end_distance
 

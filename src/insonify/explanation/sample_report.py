@@ -14,7 +14,7 @@ from insonify.records.arrivals import Arrivals
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import Simulator, arrivals, build_simulator
-from insonify.synthesis.arrival_weights import arrival_weights, beam_gains
+from insonify.synthesis.arrival_weights import arrival_weights, beam_amplitudes_of_arrivals
 from insonify.synthesis.level_curves import pair_name
 from insonify.synthesis.waveform_basis import waveform_basis
 from insonify.units import level_db
@@ -77,11 +77,11 @@ class SampleArrivals:
     def sonar_equation_terms(self) -> NDArray[np.float64]:
         """Terms of each arrival's sonar equation [dB], shape (n, 9), see `TERMS`."""
         p = self.paths
-        transmit_gain, receive_gain = beam_gains(p, self.ping_geometry, self.channel)
+        transmit_amplitude, receive_amplitude = beam_amplitudes_of_arrivals(p, self.ping_geometry, self.channel)
         # jitter of amplitudes has no column of its own: it is part of the scattering
         bare = p.spreading * p.absorption * np.abs(p.reflection_coefficient)
         scattering = np.abs(p.amplitude) / np.maximum(bare, 1e-300)
-        ends = transmit_gain, receive_gain * self.array_factor
+        ends = transmit_amplitude, receive_amplitude * self.array_factor
         path = p.spreading, p.absorption, p.reflection_coefficient, scattering, self.shape
         terms = [level_db(np.abs(factor) ** 2) for factor in (*ends, *path, self.pressure)]
         return np.stack([np.full(len(p), self.ping_geometry.source_level_db), *terms], axis=1)

@@ -24,13 +24,13 @@ class Origins:
     at its point [rad], shape (f, n)."""
     direct: int
     """Row of the direct legs."""
-    straight: int
+    direct_pair: int
     """Row in `ReverberationSamples.pair` of the direct path, transmit and receive; -1 where there is none."""
-    cut: NDArray[np.int64]
-    """Indices in its row of `ReverberationSamples.rows` of the points with an occluded direct leg, shape (m,)."""
-    free: NDArray[np.complex64]
-    """Amplitude of these legs without occlusion [1], shape (m,)."""
-    lost: NDArray[np.float64]
+    occluded: NDArray[np.int64]
+    """Indices in row `direct_pair` of `ReverberationSamples.rows` of points with an occluded direct leg, shape (m,)."""
+    unoccluded_amplitude: NDArray[np.complex64]
+    """Amplitude of these legs without occlusion, as `ReverberationSamples.amplitude` [1], shape (m,)."""
+    occluded_fraction: NDArray[np.float64]
     """Fraction of the two-way energy that is occluded [1], shape (m,)."""
     occluder_row: NDArray[np.int16]
     """Occluder of each: row among the scene's occluders, or `SEABED_OCCLUDER`, shape (m,)."""

@@ -10,7 +10,7 @@ Integers = NDArray[np.int64]
 
 _HASH_FACTOR = np.uint64(0x9E3779B97F4A7C15)
 _NEIGHBOUR_BITS = 3
-"""Tiles side by side, eight of them, have slots side by side: they are looked up one after the other."""
+"""Bits of the key of which the tiles, 8 side by side, have slots side by side: they are looked up in succession."""
 
 
 @njit(cache=True, nogil=True)
@@ -31,7 +31,14 @@ def find_slot(key: np.int64, table: Integers) -> int:
 
 @njit(cache=True, nogil=True)
 def put(key: Integers, start: Integers, size: Integers, table: Integers) -> int:
-    """Enter tiles into a table, replacing smaller ones of the same key; return the number of new keys."""
+    """Enter tiles into a table, replacing smaller ones of the same key; return the number of new keys.
+
+    Args:
+        key: Keys of the tiles, shape (n,).
+        start: First row of each tile, shape (n,).
+        size: Number of rows of each tile, shape (n,).
+        table: Table, changed, see `find_slot`.
+    """
     new = 0
     for n in range(key.size):
         slot = find_slot(key[n], table)
@@ -89,7 +96,15 @@ def find(
 
 @njit(cache=True, nogil=True)
 def fill(drawn: DrawnScatterers, start: Integers, known: Integers, size: Integers, rows: DrawnScatterers) -> None:
-    """Copy drawn rows, tile after tile, to the unknown rows of each tile."""
+    """Copy drawn rows, tile after tile, to the unknown rows of each tile.
+
+    Args:
+        drawn: The unknown rows of all tiles in succession.
+        start: First row of each tile in `rows`, shape (n,).
+        known: Number of known rows of each tile, shape (n,).
+        size: Number of requested rows of each tile, shape (n,).
+        rows: Result.
+    """
     first = 0
     for n in range(start.size):
         count = size[n] - known[n]

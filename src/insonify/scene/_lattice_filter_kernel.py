@@ -88,6 +88,6 @@ def spline_coefficients(values: Floats) -> Floats:
     """
     along = values.copy()
     _filter_columns(along)
-    turned = along.T.copy()
-    _filter_columns(turned)
-    return turned.T.copy()
+    transposed = along.T.copy()
+    _filter_columns(transposed)
+    return transposed.T.copy()

@@ -15,7 +15,7 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 
 CACHE_SIZE = 1024
-"""Number of nodes that are cached, a power of two: neighbouring positions use the same ones."""
+"""Number of cached nodes, a power of two: neighbouring positions use the same nodes."""
 
 
 @njit(cache=True, nogil=True)
@@ -79,7 +79,7 @@ def interpolate_exp_table(x: Floats, low: float, per_unit: float, logarithm: Flo
 
     Args:
         x: Numbers, replaced [1], (n,).
-        low: Number of the first entry [1].
+        low: Argument of the first entry [1].
         per_unit: Entries per unit [1].
         logarithm: The table [1], (entries,).
     """

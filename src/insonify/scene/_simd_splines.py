@@ -77,12 +77,14 @@ class Arithmetic:
 
 
 def _splat(builder: Any, scalar: Any, kind: Any) -> Any:
+    """Vector with one scalar in all lanes."""
     nothing = ir.Constant(kind, ir.Undefined)
     one = builder.insert_element(nothing, scalar, ir.Constant(_INDEX, 0))
     return builder.shuffle_vector(one, nothing, ir.Constant(_CELLS, [0] * LANES))
 
 
 def _pick(builder: Any, first: Any, second: Any, lanes: list[int]) -> Any:
+    """Vector of the given lanes of two vectors, those of the second numbered after the first."""
     return builder.shuffle_vector(first, second, ir.Constant(ir.VectorType(_INDEX, len(lanes)), lanes))
 
 
@@ -140,11 +142,13 @@ def _spline(builder: Any, data: Any, stride: Any, a: Any, b: Any) -> tuple[Any, 
 
 
 def _add_to(builder: Any, data: Any, at: Any, addend: Any) -> None:
+    """Add a vector to the numbers from index `at` on."""
     position = builder.bitcast(builder.gep(data, [at]), _ROW.as_pointer())
     builder.store(builder.fadd(builder.load(position, align=4), addend, flags=_FUSED), position, align=4)
 
 
 def _require_flat(*arrays: Any) -> None:
+    """Raise an error of typing unless arrays are contiguous, one-dimensional and of float32."""
     for array in arrays:
         if array.layout != "C" or array.ndim != 1 or array.dtype != types.float32:
             raise errors.TypingError(f"{array} must be one contiguous list of float32")

@@ -13,11 +13,14 @@ from insonify.scene.target import Box
 
 Floats = NDArray[np.float64]
 FACES = ("fore", "aft", "starboard", "port", "top", "bottom")
+"""Names of the faces; the random numbers of each are keyed by its position in this tuple."""
 FLAT = ("top", "bottom")  # horizontal faces
 TILE = 32
-"""Cells along a side of the squares of a face that are included or omitted as a whole [1]."""
+"""Number of cells along a side of the squares of a face that are included or omitted as a whole [1]."""
 ReachTest = Callable[[Floats, Floats], NDArray[np.bool_]]
+"""Function from the middles (n, 3) and radii (n,) of spheres [m] to a mask (n,): False where nothing is received."""
 _GOLDEN = 0.6180339887498949
+"""Golden ratio less 1: its multiples modulo 1 are evenly distributed."""
 _STANDING_TOLERANCE = 1e-6  # a base this close to the seabed stands on it [m]
 
 
@@ -146,7 +149,19 @@ def _face(
     face: int, centre: Floats, outward: Floats, first: Floats, second: Floats, pitch: tuple[float, float], seed: int,
     label: str, quadrature: bool, test: ReachTest | None,
 ) -> tuple[Floats, Floats, Floats, NDArray[np.complex128], NDArray[np.uint64]]:  # fmt: skip
-    """Jittered points of one face spanned by two edge vectors about centre + outward.
+    """Jittered points of one face.
+
+    Args:
+        face: Number of the face in `FACES`.
+        centre: Centre of the box [m], shape (3,).
+        outward: Vector from there to the middle of the face [m], shape (3,).
+        first: Edge of the face [m], shape (3,).
+        second: Other edge of the face [m], shape (3,).
+        pitch: Largest side of a cell along both edges [m].
+        seed: Seed of the scenario.
+        label: Label of the box.
+        quadrature: True: evenly spaced points.
+        test: Test of spheres, as in `box_scatterers`; None: all cells have points.
 
     Returns:
         Position [m] (n, 3), unit normal (n, 3), area [m^2] (n,), unit phasor [1] (n,) and key (n,) of each point.

@@ -24,12 +24,13 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 MIN_ROWS = 1 << 19
-"""Rows of a half at first: those of a sidescan ping twice over. They stay in the processor's cache."""
+"""Initial number of rows of a half: twice those of a sidescan ping. They stay in the processor's cache."""
 MAX_BYTES = 192 << 20
 """Size of all rows of a boundary, beyond which the least recently used are deleted [bytes]."""
 ENOUGH = 0.5
-"""Fraction of the requested rows that are found, below which the next half is twice as large [1]."""
+"""Fraction of the requested rows that are in memory, below which the next half is twice as large [1]."""
 _MIN_SLOTS = 4096
+"""Initial number of slots of the table of a half, a power of two."""
 
 
 class _DrawnHalf:
@@ -70,7 +71,7 @@ class DrawnTiles:
             boundary: Seabed or surface.
             seed: Seed of the scatterers.
             terrain: Terrain on which they lie; None: a plane.
-            min_rows: Rows of a half at first.
+            min_rows: Initial number of rows of a half.
             max_bytes: Size of all rows beyond which the least recently used are deleted [bytes].
         """
         self.boundary, self.seed, self.terrain = boundary, seed, terrain

@@ -26,7 +26,7 @@ COPLANAR, COPLANAR_SINE = 1e-4, 1e-6
 UPRIGHT_SINE = 1e-6
 """Vertical component of the unit normal below which a face is upright [1]."""
 STRIPS = 64
-"""Number of strips of an outline that is no rectangle, or of a face over relief [1]."""
+"""Number of strips into which an outline that is no rectangle, or any face over relief, is divided [1]."""
 STEP_WAVELENGTHS = 0.25
 """Largest variation of upper edge, lower edge or gap over strips that become one [wavelengths]."""
 FARTHEST_BED = 1e4

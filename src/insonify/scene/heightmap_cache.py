@@ -22,13 +22,15 @@ TileNumber = tuple[int, int]
 HalfView = tuple[TileNumber, NDArray[np.int32], Singles]
 """First tile number of a half, row of each tile, and heights, as they are at one moment."""
 SHIFT = 6
+"""Binary logarithm of `CELLS`."""
 CELLS = 1 << SHIFT
 """Cells along the side of one tile of the map."""
 NODES = CELLS + 1
+"""Number of nodes along the side of one tile; adjacent tiles share those on their border."""
 HALF_BYTES = 224 << 20
 """Memory of a half at most, 13 thousand tiles [bytes]; if a ping needs more, all are synthesised in every ping."""
 MIN_TILES = 512
-"""Tiles of a half at first [1]."""
+"""Initial number of tiles of a half [1]."""
 COPIED = 0.25
 """Fraction of a half that is copied from the previous one, above which the next is larger [1]."""
 
@@ -63,7 +65,7 @@ class _Half:
         self.end: TileNumber = (0, 0)
         self.row_of = np.full((0, 0), -1, np.int32)
         self.heights[0], self.used = 0, 1  # read in place of missing tiles
-        self.copied = self.made = self.made_again = 0
+        self.copied = self.made = self.made_again = 0  # tiles: from the previous half, added, synthesised again
 
     def extend_table(self, begin: TileNumber, end: TileNumber) -> None:
         """Extend the table of rows to a range of tile numbers; arrays that other threads read are not changed."""
@@ -112,7 +114,7 @@ class HeightmapCache:
 
         Args:
             max_bytes: Size of all tiles beyond which the least recently used are deleted [bytes].
-            min_tiles: Tiles of a half at first.
+            min_tiles: Initial number of tiles of a half.
         """
         self.max_bytes, self.min_tiles, self._lock = max_bytes, min_tiles, Lock()
         self._most = max(max_bytes // 2 // (NODES**2 * 4), 2)
@@ -156,7 +158,16 @@ class HeightmapCache:
         tile: Callable[[int, int], NDArray[np.floating]],
         evaluate: Callable[[HeightmapTiles, NDArray[np.bool_]], bool],
     ) -> None:  # fmt: skip
-        """Evaluate a kernel on the tiles of a half; arguments see `serve_kernel`."""
+        """Evaluate a kernel on the tiles of a half; other arguments are those of `serve_kernel`.
+
+        Args:
+            half: The current half.
+            previous: The previous half.
+            cell: Side of a cell [m].
+            extent: Numbers of the first tile, and one past those of the last, that are likely to be read.
+            tile: Function that synthesises a tile.
+            evaluate: Function that evaluates the remaining points.
+        """
         begin, end = extent
         new_tiles: dict[TileNumber, NDArray[np.floating]] = {}
         while True:

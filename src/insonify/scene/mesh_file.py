@@ -27,6 +27,7 @@ SUFFIXES = (".stl", ".obj", ".ply", ".glb", ".gltf")
 Y_UP = (".glb", ".gltf")
 """Formats whose standard has y up: Khronos, glTF 2.0 specification, section 3.4."""
 MAX_TRIANGLES = 5_000_000
+"""Largest number of triangles of a mesh."""
 MAX_FILE_BYTES = 2 << 30
 """Largest size of a file: five million triangles in text [bytes]."""
 MAX_SIZE, LARGE_SIZE, SMALL_SIZE, MIN_SIZE = 1000.0, 300.0, 0.03, 1e-3
@@ -52,7 +53,9 @@ class MeshContent(NamedTuple):
     """Surface in a file, remarks on it, and the names of its faces."""
 
     surface: Triangles
+    """Surface in body axes and metres."""
     remarks: tuple[str, ...]
+    """Texts of warnings."""
     names: tuple[frozenset[str], ...]
     """Names of each set of triangles in the file."""
     row: NDArray[np.int64]
@@ -121,7 +124,7 @@ def mesh_warnings(file: str, up: str | None, scale: float, sha256: str | None) -
 
 @lru_cache(maxsize=16)
 def _read(file: str, up: str | None, scale: float, sha256: str | None, named: bool) -> MeshContent:
-    """Content of a mesh file, cached, with the names of faces if `named`; arguments see `mesh_triangles`."""
+    """Content of a mesh file, cached, with the names of faces if `named`; other arguments as in `mesh_triangles`."""
     path = Path(file)
     vertices, faces, names, row = _load(path, file, named=named)
     if not len(faces):

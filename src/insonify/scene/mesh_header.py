@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 GLB_HEAD, GLB_CHUNK = 12, 8
+"""Lengths of the header of a binary glTF file and of one of its chunks [bytes]."""
 MAX_NUMBERS = 60_000_000
 """Largest number of values in all arrays of a glTF file: 12 for each of five million triangles."""
 _PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -35,6 +36,7 @@ def require_declared_content(path: Path) -> None:
 
 
 def _ply(path: Path) -> None:
+    """Refuse a PLY file with more elements in its header than bytes."""
     size = path.stat().st_size
     with path.open("rb") as file:
         for line in file:
@@ -54,6 +56,7 @@ def _ply(path: Path) -> None:
 
 
 def _glb(path: Path) -> None:
+    """Refuse a binary glTF file that is cut short, or whose description is refused."""
     with path.open("rb") as file:
         head = file.read(GLB_HEAD + GLB_CHUNK)
         if len(head) < GLB_HEAD + GLB_CHUNK or head[:4] != b"glTF":
@@ -65,6 +68,7 @@ def _glb(path: Path) -> None:
 
 
 def _gltf(path: Path, description: bytes) -> None:
+    """Refuse a glTF description (JSON) of more than `MAX_NUMBERS` values."""
     try:
         accessors = json.loads(description).get("accessors", [])
         numbers = sum(_numbers(accessor) for accessor in accessors)

@@ -16,11 +16,13 @@ from insonify.scene.target import Box, Cone, Cylinder, Plate, Solid, Sphere, Tru
 
 Floats = NDArray[np.float64]
 _UP = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+"""Axes (up, starboard, forward) of an upright frustum in forward, starboard, down, as rows."""
 _FACES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+"""Axis along the normal, along s and along t of the faces of a block."""
 
 
 class PanelDerivatives(NamedTuple):
-    """Point on a panel and its derivatives along the parameters s and t [m], each of shape (n, 3)."""
+    """Position on a panel and its derivatives by the parameters s and t, named by them [m], each of shape (n, 3)."""
 
     position: Floats
     s: Floats
@@ -47,7 +49,7 @@ class FlatPanel:
 
     @property
     def first_division(self) -> tuple[int, int, float, float]:
-        """Patches of the first division along s and t, and the spans of s and t."""
+        """Number of patches of the first division along s and along t, and the range of s and of t."""
         return 1, 1, 1.0, 1.0
 
     def at(self, s: Floats, t: Floats) -> PanelDerivatives:
@@ -57,7 +59,7 @@ class FlatPanel:
         return PanelDerivatives(position, none + self.first, none + self.second, *(none,) * 7)
 
     def area(self, s: Floats, t: Floats, half_s: Floats, half_t: Floats) -> Floats:
-        """Area of patches with these middles and half sides [m^2], shape (n,)."""
+        """Area of patches, given the parameters of their middles and half of their ranges [m^2], shape (n,)."""
         return 4 * half_s * half_t * float(np.linalg.norm(np.cross(self.first, self.second)))
 
 
@@ -76,7 +78,7 @@ class RevolvedPanel:
 
     @property
     def first_division(self) -> tuple[int, int, float, float]:
-        """Patches of the first division along s (8 on a half circle) and t (16 sectors), and the spans of s and t."""
+        """Number of patches of the first division along s (8 on a half circle) and t (16); the ranges of s and t."""
         return (8 if self.line is None else 1), 16, (np.pi if self.line is None else 1.0), 2 * np.pi
 
     def at(self, s: Floats, t: Floats) -> PanelDerivatives:
@@ -93,7 +95,7 @@ class RevolvedPanel:
         )  # fmt: skip
 
     def area(self, s: Floats, t: Floats, half_s: Floats, half_t: Floats) -> Floats:
-        """Area of patches with these middles and half sides [m^2], shape (n,)."""
+        """Area of patches, given the parameters of their middles and half of their ranges [m^2], shape (n,)."""
         if self.line is None:
             return np.asarray(4 * self.radius**2 * np.sin(s) * np.sin(half_s) * half_t)
         (_, slope, *_), (radius, widening, *_) = self._profile(s)

@@ -12,8 +12,10 @@ from insonify.scene.heightmap_cache import CELLS, NODES, SHIFT, HeightmapTiles
 Floats = NDArray[np.floating[Any]]
 Singles = NDArray[np.float32]
 MAX_SAMPLES = 32
+"""Largest number of samples of an ellipse, see `plane_fit_samples.FINE_PATTERN`."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": unknown terrain is NaN
 _TILE, _NEXT_ROW, _SECOND_AXIS = np.uint64(NODES * NODES), np.uint64(NODES), np.uint64(MAX_SAMPLES)
+"""Offsets: of a tile and of a row of nodes in the heights; of the second axis in the work arrays of samples."""
 _CELL_MASK, _NODES = np.int32(CELLS - 1), np.int32(NODES)
 
 
@@ -47,18 +49,19 @@ def fit_planes(
     patches: EllipsePatches, count: int, pattern: Singles, heightmap: HeightmapTiles, missing: NDArray[np.bool_],
     known: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Least-squares planes of the heights at the samples of ellipses, linear between the nodes of the map.
+    """Fit least-squares planes to the heights at the samples of ellipses, linear between the nodes of the map.
 
     The pattern is symmetric about both axes, so that mean and slopes are independent. Samples without terrain count as
     the mean of the others. If fewer than half are known, the plane is scaled towards the mean plane of the seabed.
 
     Args:
         patches: The ellipses, and the result.
-        count: Number of them.
+        count: Number of ellipses to be processed.
         pattern: Coordinates of samples in the unit disc along the long and the short axis [1] and, in the last column,
-            the sums of their squares, (2, samples + 1).
+            the sums of the squares of these coordinates, (2, samples + 1).
         heightmap: Tiles of terrain heights.
-        missing: Result: True for the tiles that are needed and not loaded, (rows, columns) of tiles.
+        missing: Result: True for the tiles that are needed and not loaded, (rows, columns) of tiles; entry (0, 0): an
+            ellipse reaches beyond the border of these tiles.
         known: Input: True for the ellipses to fit. Result: False for those of which a tile is missing, (n,).
     """
     samples, cells_per_metre = pattern.shape[1] - 1, 1 / heightmap.cell
@@ -76,14 +79,14 @@ def fit_planes(
     for q in range(np.uint64(count)):
         if not known[q]:
             continue
-        length, width = patches.half_length[q], patches.half_width[q]
+        half_length, half_width = patches.half_length[q], patches.half_width[q]
         # relative to the map's corner: results must not depend on the cached tiles
         x0, y0 = patches.centre_a[q] * cells_per_metre, patches.centre_b[q] * cells_per_metre
         uc, us, vc, vs = (
-            length * cells_per_metre * patches.cosine[q],
-            length * cells_per_metre * patches.sine[q],
-            width * cells_per_metre * patches.cosine[q],
-            width * cells_per_metre * patches.sine[q],
+            half_length * cells_per_metre * patches.cosine[q],
+            half_length * cells_per_metre * patches.sine[q],
+            half_width * cells_per_metre * patches.cosine[q],
+            half_width * cells_per_metre * patches.sine[q],
         )
         # not math.isfinite: its difference of a number and itself is optimised to 0 under fastmath
         if not abs(x0) + abs(y0) + abs(uc) + abs(us) + abs(vc) + abs(vs) < np.inf:
@@ -131,8 +134,8 @@ def fit_planes(
         if total != total:
             mean, along, across, mean_square, factor = _partly_known(pattern, offsets, cells, heightmap)
         explained = mean * mean + (along * along * squares_u + across * across * squares_v) / samples
-        patches.height[q], patches.along[q] = factor * mean, factor * along / length
-        patches.across[q] = factor * across / width
+        patches.height[q], patches.along[q] = factor * mean, factor * along / half_length
+        patches.across[q] = factor * across / half_width
         patches.residual_variance[q] = max(mean_square - explained, 0.0)
 
 
@@ -149,8 +152,8 @@ def _partly_known(
         heightmap: Tiles of terrain heights.
 
     Returns:
-        Mean of the known heights [m], their slopes along the half axes [m], their mean square [m^2], and the factor
-        on the plane: 1, or twice the known part where that is less than half [1].
+        Mean of the known heights [m], their change over half of the long axis, and of the short axis [m], their mean
+        square [m^2], and the factor on the plane: 1, or twice the known fraction where that is less than half [1].
     """
     samples, known = pattern.shape[1] - 1, 0
     total = squares = along = across = sum_u = sum_v = 0.0

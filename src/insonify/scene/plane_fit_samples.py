@@ -1,6 +1,6 @@
 """Sample points of local planes: over an ellipse of the resolved terrain about a bounce.
 
-A bounce is a specular reflection off one plane, fitted to the terrain over its first Fresnel zone. Waves of the relief
+A bounce is a specular reflection at one plane, fitted to the terrain over its first Fresnel zone. Waves of the relief
 longer than the zone shift and tilt the plane; shorter ones reduce the coherent reflection by
 `SeabedTerrain.roughness_reflection_factor`.
 """
@@ -13,6 +13,7 @@ from insonify.scene.seabed_terrain import SeabedTerrain
 Floats = NDArray[np.float64]
 
 _GOLDEN = 0.6180339887498949
+"""Golden ratio less 1: its multiples modulo 1 are evenly distributed."""
 
 
 def _pattern(count: int) -> Floats:

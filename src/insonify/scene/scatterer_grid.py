@@ -23,13 +23,13 @@ BASE_PITCH = 0.01
 FINEST_SCALE = -4
 """Scale of the smallest cells: 0.6 mm."""
 TILE = 32
-"""Cells along the side of a tile."""
+"""Number of cells along the side of a tile."""
 PARTS = 4
-"""Parts along the side of a tile, for each of which the largest gain is evaluated."""
+"""Number of parts along the side of a tile; the largest gain is evaluated for each part."""
 SIDE = TILE // PARTS
-"""Cells along the side of a part."""
+"""Number of cells along the side of a part."""
 CELLS = SIDE * SIDE
-"""Cells of a part."""
+"""Number of cells of a part."""
 PART_ORDER, TILE_ORDER = 1, 2
 """Last counters of the random numbers that order the cells of a part, and the parts of a tile; 0 for a cell's own."""
 
@@ -111,7 +111,7 @@ class DrawnCells(NamedTuple):
     """Scatterers of tiles, tile by tile in order of priority, n of them."""
 
     cell: NDArray[np.uint16]
-    """Cell of each in its tile, row times `TILE` plus column, shape (n,)."""
+    """Cell of each scatterer in its tile, row times `TILE` plus column, shape (n,)."""
     along: Floats
     """Grid coordinate along the first axis [m], shape (n,)."""
     across: Floats
@@ -122,7 +122,7 @@ class DrawnScatterers(NamedTuple):
     """Scatterers of tiles, tile by tile in order of priority."""
 
     cell: NDArray[np.uint16]
-    """Cell of each in its tile, row times `TILE` plus column, shape (any,)."""
+    """Cell of each scatterer in its tile, row times `TILE` plus column, shape (any,)."""
     terrain: Floats
     """Height [m] and gradient to the north and the east [1] of the terrain there, shape (any, 3); (0, 3): flat."""
 
@@ -134,8 +134,8 @@ def draw_cells(tiles: Tiles, seed: int, stream: int, begin: Integers, end: Integ
         tiles: The tiles.
         seed: Seed of the scenario.
         stream: Stream of the interface.
-        begin: First rank of each, shape (tiles,).
-        end: Rank after the last of each, shape (tiles,).
+        begin: Rank, in the order of priority, of the first scatterer of each tile, shape (tiles,).
+        end: Rank after that of the last scatterer of each tile, shape (tiles,).
     """
     count = int(np.sum(end - begin))
     drawn = DrawnCells(np.empty(count, np.uint16), np.empty(count), np.empty(count))
@@ -180,7 +180,7 @@ def prefix_sizes(fractions: Floats, density: Floats) -> Integers:
         The least number with all of them in the sequence of that fraction, a quarter of it, a sixteenth and so on; 0
         for a tile without any, shape (n,).
     """
-    found = np.zeros(density.size, np.int64)
+    prefix_size = np.zeros(density.size, np.int64)
     for t in range(density.size):
         needed = np.ceil(min(max(fractions[t].max(), 0.0), 1.0) * (TILE * TILE))
         if needed == 0:
@@ -188,8 +188,8 @@ def prefix_sizes(fractions: Floats, density: Floats) -> Integers:
         size = max(np.ceil(density[t] * (TILE * TILE)), needed)
         while size >= 4 * needed:
             size /= 4
-        found[t] = int(np.ceil(size))
-    return found
+        prefix_size[t] = int(np.ceil(size))
+    return prefix_size
 
 
 @njit(cache=True, nogil=True)
@@ -203,7 +203,7 @@ def max_point_count(fractions: Floats) -> int:
 
 @njit(cache=True, nogil=True)
 def _cell_rank(square: int, scramble: int) -> int:
-    """Rank in the order of a square (two bits) of one of its four cells under a scramble (two bits)."""
+    """Rank, 0 to 3, of one of the four cells of a square (two bits: row, column) under a scramble (two bits)."""
     shuffled = square ^ scramble  # in the order 0, 3, 1, 2: the second lies across from the first
     return (0, 2, 3, 1)[shuffled]
 

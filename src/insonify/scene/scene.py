@@ -21,6 +21,7 @@ from insonify.scene.surface import Surface
 from insonify.scene.target import Box, PointTarget, Solid, Target, is_solid, solids_of_one_law
 
 RESERVED = ("seabed", "surface", "target", "water", BOUNDARY_ECHO, "noise", "total")
+"""Names that no target may have as its label."""
 _ROUNDING = 1e-9  # rounding of sums of depths [m]
 
 
@@ -46,7 +47,7 @@ class Scene(Model):
         return self
 
     def is_rough(self, families: Iterable[str]) -> bool:
-        """Return True if a boundary off which some families are reflected is neither flat nor smooth relief."""
+        """Return True if a boundary that reflects some of the families is rough: neither flat nor smooth relief."""
         letters = "S" * (self.surface.reflection != "flat") + "B" * (self.seabed.reflecting_interface != "smooth")
         return any(letter in name for name in families for letter in letters)
 

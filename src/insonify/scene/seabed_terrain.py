@@ -19,9 +19,9 @@ from insonify.scene.terrain_lattice import TerrainLattice
 Floats = NDArray[np.float64]
 
 TILE_CELLS = CELLS
-"""Cells along the side of one tile of the map."""
+"""Number of cells along the side of one tile of the map."""
 CELLS_PER_WAVELENGTH = 8
-"""Cells of the map along the shortest wave of the terrain."""
+"""Number of cells of the map along the shortest wave of the terrain."""
 MIN_CELL_SIZE = 0.02
 """Smallest cell of the map [m]: relief finer than four of them tilts facets, but casts no shadows."""
 MAX_CELL_SIZE = 0.5
@@ -68,7 +68,7 @@ class SeabedTerrain:
 
         Args:
             positions: Positions in grid coordinates about which the kernel is likely to read [m], shape (n, 2).
-            evaluate: See `HeightmapCache.serve_kernel`.
+            evaluate: Function that evaluates the remaining points, see `HeightmapCache.serve_kernel`.
         """
         self._heightmap.serve_kernel(
             self.heightmap_cell_size,

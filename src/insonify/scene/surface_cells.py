@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 MAX_PIECE_SIDE = 1.5
-"""Longest side of a piece [sides of a cell]."""
+"""Longest side of a piece, re the side of a cell [1]."""
 MAX_PIECES = 500_000
 """Largest number of pieces of a surface, beyond which longer pieces are not bisected [1]."""
 MANY_PIECES = 100_000
@@ -32,7 +32,7 @@ class SurfaceCells:
     corners: Floats
     """Corners of the pieces, in sequence [m], shape (p, 3, 3)."""
     ends: Floats
-    """Area up to the end of each piece re the whole area [1], shape (p,)."""
+    """Cumulative area of the pieces, each included, re the whole area [1], shape (p,)."""
     count: int
     """Number of cells."""
 

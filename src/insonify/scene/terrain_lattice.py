@@ -19,21 +19,21 @@ Floats = NDArray[np.float64]
 TILE_NODES = 64
 """Nodes along the side of a tile [1]."""
 MAX_WINDOWS = 4
-"""Ranges of whole tiles that are kept assembled, some MB together [1]."""
+"""Number of ranges of whole tiles that are cached in one piece, some MB together [1]."""
 MAX_TILES = 256
-"""Tiles that are kept, 32 or 64 kB each [1]."""
+"""Number of cached tiles, of 32 or 64 kB each [1]."""
 NODES_PER_WAVE = 8
-"""Nodes along the shortest wave that a lattice without shorter ones keeps half of [1]."""
+"""Number of nodes along the shortest wave of a lattice, of whose height `_without_short_waves` keeps half [1]."""
 STEPS_PER_OCTAVE = 16
-"""Lattice steps from one to twice that one: so that few lattices are made for a sonar that heaves [1]."""
+"""Number of lattice steps in an octave: few lattices are made for a sonar that heaves [1]."""
 SQUARES_PER_SIDE = 4
-"""Positions along the side of a square, at which rms slopes are evaluated [1]."""
+"""Number of positions along the side of a square at which rms slopes are evaluated [1]."""
 HALF_RESPONSE = 0.249
-"""Standard deviation of the Gaussian of `_without_short_waves` whose half of a wave of length 1 stays [1]."""
+"""Standard deviation of the Gaussian of `_without_short_waves` re the wave of whose height half remains [1]."""
 FILTER_MARGIN = 32
 """Nodes around a tile, beyond which nothing changes its low-pass and spline coefficients by more than rounding [1]."""
 SLOPE_SAMPLES = 33
-"""Samples of the slope along the side of a square [1]."""
+"""Number of samples of the slope along the side of a square [1]."""
 
 
 class LongWaves(NamedTuple):
@@ -85,7 +85,10 @@ class TerrainLattice:
         return whole[window(_offset(first), shape)].copy()
 
     def long_waves(self, wavelength: float, first: tuple[int, int], shape: tuple[int, int]) -> LongWaves:
-        """The same nodes without waves that the lattice does not resolve; known everywhere."""
+        """Terrain at the same nodes as `depth`, without waves that the lattice does not resolve; known everywhere.
+
+        Arguments are those of `depth`.
+        """
         rows, columns = _tile_numbers(first, shape)
 
         def assembled() -> tuple[Floats, Floats]:
@@ -96,18 +99,18 @@ class TerrainLattice:
         return LongWaves(*self._windows.get((wavelength, rows, columns), assembled), _offset(first))
 
     def rms_slope(self, middle: Floats, reach: float) -> float:
-        """Rms slope of the resolved terrain about a position, of one direction [1]; NaN where the terrain is unknown.
+        """Rms of one horizontal component of the terrain's slope about a position [1]; NaN where it is unknown.
 
         Args:
             middle: North, east [m], shape (2,).
-            reach: Side of the square that is sampled, about [m].
+            reach: Approximate side of the sampled square [m].
         """
         side = 2.0 ** (round(STEPS_PER_OCTAVE * math.log2(reach)) / STEPS_PER_OCTAVE)
         row, column = (round(float(x) * SQUARES_PER_SIDE / side) for x in middle)
         return self._slopes.get((side, row, column), partial(self._sampled_slope, side, row, column))
 
     def _sampled_slope(self, side: float, row: int, column: int) -> float:
-        """Rms slope in a square about a position that is a whole number of quarters of its side from the origin."""
+        """Rms slope in a square; row, column: position of its middle in quarters of its side [m] from the origin."""
         offset = np.linspace(-side, side, SLOPE_SAMPLES) / 2
         north, east = (number * side / SQUARES_PER_SIDE + offset for number in (row, column))
         slope = self._relief.sample(north[:, None], east[None, :]).slope
@@ -115,7 +118,7 @@ class TerrainLattice:
         return float(np.sqrt(np.mean(np.square(known)))) if known.size else math.nan
 
     def _raw_tile(self, wavelength: float, row: int, column: int) -> Floats:
-        """Depth at the nodes of one tile."""
+        """Depth at the nodes of one tile [m], shape (TILE_NODES, TILE_NODES)."""
         step, node = wavelength / NODES_PER_WAVE, np.arange(TILE_NODES)
 
         def evaluated() -> tuple[Floats]:
@@ -125,7 +128,7 @@ class TerrainLattice:
         return self._tiles.get((wavelength, row, column, False), evaluated)[0]
 
     def _filtered_tile(self, wavelength: float, row: int, column: int) -> tuple[Floats, ...]:
-        """Depth without short waves, and its spline coefficients, at the nodes of one tile."""
+        """Depth without short waves, and its spline coefficients, at the nodes of one tile [m]."""
 
         def evaluated() -> tuple[Floats, Floats]:
             size = TILE_NODES + 2 * FILTER_MARGIN
@@ -168,7 +171,9 @@ def window(first: tuple[int, int], shape: tuple[int, int]) -> tuple[slice, slice
 
 
 def _without_short_waves(depth: Floats) -> Floats:
-    """Ground without its waves shorter than `NODES_PER_WAVE`, of which half stays: 1 - (1 - g)^2, with g a Gaussian.
+    """Depth [m] without its waves shorter than `NODES_PER_WAVE` nodes: filter 1 - (1 - g)^2, with g a Gaussian.
+
+    Half of the height of a wave of that length remains.
 
     A wave six times as long loses 0.1 % of its height; a Gaussian with the same half alone takes 1.9 %.
     """

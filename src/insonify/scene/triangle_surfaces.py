@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 CIRCLE_STEPS = 96
-"""Steps of a round shape about its axis [1]."""
+"""Number of steps of a round shape about its axis [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Triangles:
 
     @cached_property
     def normal(self) -> Floats:
-        """Outward normal of every triangle, of twice its area in length [m^2], shape (t, 3)."""
+        """Outward normal of every triangle, with a length of twice its area [m^2], shape (t, 3)."""
         return np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
 
     @cached_property

@@ -30,13 +30,13 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 CELLS = 4
-"""Cells along each side of a block."""
+"""Number of cells along each side of a block."""
 WATER = "water"
 """Object of scatterers outside patches."""
 LAYERS, PATCHES = (np.uint64(random_keys.VOLUME << 59 | kind << 58) for kind in (0, 1))
 """First bits of keys of positions in the water."""
 MAX_POINTS_IN_PATCH = 200_000
-"""Points of one patch at most."""
+"""Largest number of points of one patch."""
 # Roberts (2018), "The unreasonable effectiveness of quasirandom sequences": powers of 1 / 1.2207..., not verified.
 QUASIRANDOM_STEPS = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
 
@@ -108,16 +108,16 @@ def layer_scatterers(
         phase: Unit phasors [1], shape (n,).
         key: Keys of the scatterers, shape (n,).
     """
-    strength = np.zeros(len(position))
+    coefficient = np.zeros(len(position))  # s_v [1/m]
     for top, bottom, s_v in water.layers(max_water_depth(seabed)):
-        strength[(position[:, 2] > top) & (position[:, 2] <= bottom)] = s_v
-    in_water = strength > 0
+        coefficient[(position[:, 2] > top) & (position[:, 2] <= bottom)] = s_v
+    in_water = coefficient > 0
     if seabed.terrain is not None:
         # a survey may have gaps, over which there is no water
         uppermost = seabed.terrain.span[0] if seabed.terrain.relief.is_waves else -np.inf
         near_seabed = in_water & (position[:, 2] >= uppermost)
         in_water[near_seabed] = position[near_seabed, 2] < seabed_depth_at(seabed, position[near_seabed, :2])
-    return _points(WATER, position[in_water], (volume * strength)[in_water], phase[in_water], key[in_water])
+    return _points(WATER, position[in_water], (volume * coefficient)[in_water], phase[in_water], key[in_water])
 
 
 @lru_cache(maxsize=16)

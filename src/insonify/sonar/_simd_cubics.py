@@ -12,6 +12,7 @@ types = deferred("numba.core.types")
 cgutils = deferred("numba.core.cgutils")
 errors = deferred("numba.core.errors")
 LANES = 4
+"""Number of factors that are multiplied at once."""
 
 
 @intrinsic
@@ -20,11 +21,11 @@ def multiply_by_cubics(typingctx: Any, cubics: Any, first: Any, fraction: Any, f
 
     Args:
         typingctx: Context of the compiler.
-        cubics: Coefficients of each cubic, ascending, row after row.
-        first: Offset of the first coefficient for each factor, uint32.
+        cubics: Coefficients of each cubic, constant first, row after row.
+        first: Index in `cubics` of the first coefficient for each factor, uint32.
         fraction: Argument of the cubic for each factor.
-        factor: Result.
-        at: Number of the first of the factors.
+        factor: Factors, multiplied in place.
+        at: Index of the first of the four factors.
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:

@@ -35,6 +35,8 @@ evaluated at a few frequencies only in the explanation of a sample, whose sum is
 MAX_HORIZONTAL_COUNT = 128
 """Largest number of frequencies at which horizontal patterns are evaluated for an explanation [1]."""
 _FREQUENCY_COUNT, _STEPS_PER_LOBE, _MAX_STEPS, _MIN_RELATIVE_GAIN = 17, 8, 1000, 1e-2
+"""Frequencies across the band; steps of direction cosine per lobe, and at most in all; and two-way amplitude gain re
+the largest below which a direction is left out [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +50,7 @@ class BandError:
     sound_speed: float
     """Sound speed at the sonar [m/s]."""
     distance: float
-    """Path length to which absorption is counted [m]."""
+    """Two-way path length over which absorption is evaluated [m]."""
     shared: bool = False
     """True for beams that differ in horizontal steering alone, see `shared_directions.share_directions`."""
 
@@ -86,6 +88,7 @@ class BandError:
 
     @cached_property
     def _offsets(self) -> Floats:
+        """Offsets from the carrier at which the error is evaluated [Hz], shape (frequencies,)."""
         edge = half_bandwidth(self.pulse)
         return np.linspace(-edge, edge, _FREQUENCY_COUNT)
 
@@ -104,11 +107,11 @@ class BandError:
 
     @cached_property
     def _directions(self) -> dict[bool, Floats]:
-        """Directions in which both beams have gain, shape (n, 3), by `_separations`."""
+        """Directions in which the two-way gain is not negligible, shape (n, 3), by `_separations`."""
         return {separate: self._directions_in_beams(separate=separate) for separate in self._separations}
 
     def _directions_in_beams(self, *, separate: bool) -> Floats:
-        """Directions in which both beams have gain, on a grid of direction cosines in the arrays' frame, (n, 3)."""
+        """Directions in which the two-way gain is not negligible, on a grid of cosines in the arrays' frame, (n, 3)."""
         extents = [_extent(array) for array in (self.sonar.transmit, self.sonar.receive)]
         if not separate:  # the horizontal patterns of many beams do not count
             has_single_beam = [end.channel_count == 1 for end in self._beams(0.0)]
@@ -132,13 +135,13 @@ class BandError:
         return beams(sonar.beam_arrays[0], frequency, self.sound_speed), beams(receive, frequency, self.sound_speed)
 
     def _gain(self, offset: float, direction: Floats, *, separate: bool) -> Floats:
-        """Gain of both beams at one frequency [1], shape (n,): of a separate beam, or of the beams' common pattern."""
+        """Two-way amplitude gain at one frequency [1], shape (n,): of a separate beam, or of the common pattern."""
         ends = self._beams(offset)
-        transmitted, received = (
+        transmit_gain, receive_gain = (
             (end.single_beam(0) if separate or end.channel_count == 1 else common_pattern(end)).gain(direction)[0]
             for end in ends
         )
-        return np.asarray(transmitted * received)
+        return np.asarray(transmit_gain * receive_gain)
 
     def _response(self, offset: float, *, separate: bool) -> Floats:
         """Pressure at one frequency re that on axis without absorption [1], shape (n,)."""

@@ -37,7 +37,7 @@ MIN_GRATING_LOBE = 0.1
 """Amplitude below which the elements' directivity suppresses a grating lobe [1]."""
 
 CACHE_SIZE = 512
-"""Number of cached sets of beams and of tables: those of two arrays at each frequency of the band [1]."""
+"""Number of cached sets of beams, and of tables: enough for two arrays at each frequency of the band [1]."""
 NO_SIDE = ApertureSide(0.0, None, "uniform")
 """Side of extent 0, without directivity."""
 
@@ -61,13 +61,14 @@ class Beams:
     steer: Floats
     """Cosines to right and down of the steered axes [1], shape (channels, 2)."""
     scale: Floats
-    """Scale of the gain to 1 on the steered axis: one over the element's directivity there, shape (channels,)."""
+    """Factor that scales the amplitude to 1 on the steered axis: one over the element's directivity there [1], shape
+    (channels,)."""
     element: int
-    """Directivity of one element: a code of the kernels."""
+    """Directivity of one element: `OMNI`, `BAFFLED` or `COSINE` of `beam_kernels`."""
     tables: Tables = field(repr=False)
     """Patterns across, down, and of a piston element across, down: cubics of shape (rows, 4), empty for none."""
     majorants: Tables = field(repr=False)
-    """Largest magnitude of each pattern from each row outwards, shape (rows,)."""
+    """Largest magnitude of each pattern from each row outwards [1], each of shape (rows,)."""
     per_unit: Floats = field(repr=False)
     """Rows per unit of direction cosine of each table [1], shape (4,)."""
     across: ApertureSide
@@ -329,7 +330,10 @@ def _period(side: ApertureSide) -> float:
 def _four_tables(
     array: LineArray | PlanarArray | PointTransducer, across: ApertureSide, down: ApertureSide, reach: Floats
 ) -> tuple[Tables, Tables, Floats]:
-    """Tables across, down, piston across, piston down, with their majorants and rows per unit."""
+    """Tables across, down, piston across, piston down; their majorants; and their rows per unit, shape (4,).
+
+    `reach` is the largest difference of direction cosines across and down [1], shape (2,).
+    """
     pistons = [NO_SIDE if array.element != "piston" else _piston_element(side) for side in (across, down)]
     pattern_tables = [
         _table(*side, float(greatest))

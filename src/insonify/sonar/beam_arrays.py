@@ -1,4 +1,4 @@
-"""Beam patterns over arrays of directions in NumPy: stand-ins of kernels while numba is not loaded."""
+"""Beam patterns over arrays of directions in NumPy, which replace those of `beam_kernels` until numba is loaded."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +82,7 @@ def distance_to_interval(least: Floats, greatest: Floats, axis: float) -> Floats
     Args:
         least: Lower ends [1], shape (n,).
         greatest: Upper ends [1], shape (n,).
-        axis: Cosine of the axis [1].
+        axis: Direction cosine of the beam's axis [1].
     """
     return np.asarray(np.maximum(np.maximum(least - axis, axis - greatest), 0.0))
 

@@ -56,7 +56,7 @@ def interpolate_majorant(bound: Floats, per_unit: float, x: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def element_gain(element: int, w: float) -> float:
-    """Amplitude directivity of one element, by the cosine w of the angle off boresight [1]."""
+    """Amplitude directivity of one element (`OMNI`, ...) by the cosine w of the angle from boresight [1]."""
     if element == OMNI:
         return 1.0
     if element == BAFFLED:
@@ -78,12 +78,12 @@ class BeamTables(NamedTuple):
     per_unit: Floats
     """Rows of each table per unit of direction cosine [1], shape (4,)."""
     element: int
-    """Directivity of one element: `OMNI`, `BAFFLED` or the cosine."""
+    """Directivity of one element: `OMNI`, `BAFFLED` or `COSINE`."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def array_cosines(axes: Floats, north: float, east: float, depth: float) -> tuple[float, float, float]:
-    """Cosines to an array's boresight, right and down of a direction in the world."""
+    """Cosines [1] to an array's boresight, right and down of a direction (north, east, depth) in the world [1]."""
     w = north * axes[0, 0] + east * axes[0, 1] + depth * axes[0, 2]
     u = north * axes[1, 0] + east * axes[1, 1] + depth * axes[1, 2]
     v = north * axes[2, 0] + east * axes[2, 1] + depth * axes[2, 2]
@@ -147,11 +147,11 @@ class BeamMajorants(NamedTuple):
     scale: Floats
     """Amplitude factor of each channel [1], shape (channels,)."""
     majorants: tuple[Floats, Floats, Floats, Floats]
-    """Largest magnitudes outwards of the four patterns, each of shape (rows,)."""
+    """Largest magnitude of each of the four patterns from each row of its table outwards [1], each of shape (rows,)."""
     per_unit: Floats
     """Rows of each table per unit of direction cosine [1], shape (4,)."""
     element: int
-    """Directivity of one element: `OMNI`, `BAFFLED` or the cosine."""
+    """Directivity of one element: `OMNI`, `BAFFLED` or `COSINE`."""
     blocks: Floats
     """Least and greatest steering cosine to the right, the same downwards, and largest factor, of every
     `CHANNELS_PER_BLOCK` channels in order: blocks far from a direction are left out as a whole [1], shape (blocks, 5).
@@ -160,13 +160,13 @@ class BeamMajorants(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interval_distance(interval: tuple[float, float], least: float, greatest: float) -> float:
-    """Distance between two intervals; 0 where they overlap."""
+    """Distance between two intervals of direction cosines; 0 where they overlap [1]."""
     return max(interval[0] - greatest, least - interval[1], 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def nearest_block(beams: BeamMajorants, u: tuple[float, float]) -> int:
-    """Number of the block of channels nearest to an interval of cosines to the right."""
+    """Index of the block of channels nearest to an interval of cosines to the right."""
     nearest, distance = 0, 4.0
     for block in range(beams.blocks.shape[0]):
         gap = interval_distance(u, beams.blocks[block, 0], beams.blocks[block, 1])

@@ -32,7 +32,7 @@ class HullPlate(NamedTuple):
     centre: Floats
     """North, east, depth of its middle [m], shape (3,)."""
     axes: Floats
-    """Unit vectors along and across it, horizontal: north and east, shape (2, 2)."""
+    """Horizontal unit vectors along the heading and to starboard: north and east components [1], shape (2, 2)."""
     half_size: Floats
     """Half of its length and width [m], shape (2,)."""
     reflection: float
@@ -45,7 +45,7 @@ def hull_plate(hull: Hull, position: Floats, body: Floats) -> HullPlate:
     Args:
         hull: The hull.
         position: North, east, depth of the platform's reference point [m], shape (3,).
-        body: Axes of the platform in the world as columns, shape (3, 3).
+        body: Axes of the platform in the world as columns [1], shape (3, 3).
     """
     forward = body[:2, 0] / max(float(np.linalg.norm(body[:2, 0])), 1e-9)
     return HullPlate(

@@ -55,7 +55,7 @@ class Hydrophones:
     positions: Floats
     """Position from the array's centre: along boresight, right, down [m], shape (m, 3)."""
     orientations: Floats
-    """Angle to the right of boresight that each faces [rad], shape (m,)."""
+    """Angle to the right of the array's boresight that each element faces [rad], shape (m,)."""
     response: NDArray[np.complex128]
     """Response of each element: 1 but for errors, 0 if dead [1], shape (m,)."""
 

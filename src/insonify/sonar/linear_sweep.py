@@ -18,7 +18,7 @@ class LinearSweep(Modulation):
         return np.asarray(np.pi * (numbers.bandwidth / numbers.duration) * time**2)
 
     def spectrum(self, numbers: PulseNumbers, offset: Floats) -> Complexes:
-        """Fourier transform about the middle [s]: a few Fresnel integrals, or quadrature of much less than a cycle."""
+        """Fourier transform about the middle [s]: a few Fresnel integrals; by quadrature where these lose digits."""
         if _closed_form_holds(numbers, offset):
             return _closed_spectrum(numbers, offset)
         return super().spectrum(numbers, offset)

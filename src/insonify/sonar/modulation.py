@@ -63,10 +63,10 @@ class Modulation(ABC):
         weighted_envelope = (np.diff(knots)[:, None] * weight / 2).ravel() * modulated_envelope(
             self, numbers, time + half
         )
-        flat = np.concatenate(
+        values = np.concatenate(
             [np.exp(-2j * np.pi * np.outer(chunk, time)) @ weighted_envelope for chunk in _chunks(offset.ravel())]
         )
-        return np.asarray(flat.reshape(offset.shape))
+        return np.asarray(values.reshape(offset.shape))
 
 
 def modulated_envelope(
@@ -75,8 +75,8 @@ def modulated_envelope(
     """Envelope of a pulse [1], zero outside 0..duration.
 
     Args:
-        modulation: Its modulation.
-        numbers: Its numbers.
+        modulation: Modulation of the pulse.
+        numbers: Numbers of the pulse.
         time: Time since the start of transmission [s], any shape.
         rising: False: a falling sweep.
     """

@@ -38,6 +38,7 @@ COLUMNS_WITHOUT_DEFAULT_UNIT = ("heading", "pitch", "roll")
 MAX_PROJECTED_DISTANCE = 100e3
 """Largest distance from the origin of positions in degrees, which are projected onto a plane [m]."""
 SEMI_MAJOR, ECCENTRICITY_SQUARED = 6378137.0, 6.69437999014e-3
+"""Semi-major axis [m] and squared eccentricity [1] of the WGS 84 ellipsoid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +63,11 @@ class _LogColumn:
 
     name: str
     index: int
+    """Position in a row, from 0."""
     unit: str
 
     def value(self, text: str, where: str) -> float:
+        """Value of a cell in the units of `COLUMNS`; where: file and line, for the message of an error."""
         location = f"{where}, column {self.index + 1} ({self.name})"
         if not text:
             raise ValueError(f"{location}: nothing stands here. Fill it in, or delete the row.")
@@ -159,10 +162,10 @@ def geodetic_position_of_plane(north: Floats, east: Floats, origin: tuple[float,
     """
     latitude, longitude = np.full(np.shape(north), origin[0]), np.full(np.shape(north), origin[1])
     for _ in range(4):  # the radii of curvature vary by 1e-9 for a metre: it converges from the first step
-        step = local_plane_position(latitude, longitude, origin)
-        metres = local_plane_position(latitude + 1e-3, longitude + 1e-3, origin) - step
-        latitude = latitude + (north - step[:, 0]) / metres[:, 0] * 1e-3
-        longitude = longitude + (east - step[:, 1]) / metres[:, 1] * 1e-3
+        position = local_plane_position(latitude, longitude, origin)
+        metres = local_plane_position(latitude + 1e-3, longitude + 1e-3, origin) - position  # for 1e-3 deg
+        latitude = latitude + (north - position[:, 0]) / metres[:, 0] * 1e-3
+        longitude = longitude + (east - position[:, 1]) / metres[:, 1] * 1e-3
     return latitude, longitude
 
 

@@ -1,4 +1,4 @@
-"""Products of gains and one beam pattern at many direction cosines: the tables of `beam_kernels`, four rows at once."""
+"""Products of amplitudes and one beam pattern at many direction cosines, four at once, from `beam_kernels` tables."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,13 @@ def multiply_by_pattern(
     """Multiply gains by a pattern at some direction cosines, as `beam_kernels.interpolate_pattern`.
 
     Args:
-        table: Cubics of the pattern, (rows, 4).
+        table: Cubics of the pattern, constant first, (rows, 4); no rows: 1 everywhere.
         per_unit: Rows per unit of the cosine [1].
         axis: Cosine about which the pattern is symmetric [1].
         cosine: Direction cosines [1], (m,).
-        gain: Result, (at least m,).
-        first: Scratch, (at least m,).
-        fraction: Scratch, (at least m,).
+        gain: Amplitudes [1], multiplied in place, (at least m,).
+        first: Work array, (at least m,).
+        fraction: Work array, (at least m,).
     """
     if table.shape[0] == 0:
         return

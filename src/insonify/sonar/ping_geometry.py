@@ -49,20 +49,20 @@ class PingGeometry:
     transmit_beams: Beams
     receive_beams: Beams
     boresight: Floats
-    """Unit vector in the world of the direction that the arrays face, shape (3,)."""
+    """Unit vector along the boresight of the transmit array in the world [1], shape (3,)."""
     first_beam_bearing: float
-    """Bearing of the first beam [rad]."""
+    """Bearing of the axis of the first beam, clockwise from north [rad]."""
     platform_positions: Floats
     """Positions of the platform, or of both, at all pings [m], shape (n, 3); sampling follows from the whole track."""
     track_extent: TrackExtent
     """Extent of the track: polyline, convex hull and depth range; of two platforms the transmitter's."""
     window: tuple[float, float]
-    """Start and stop of the recording [s]."""
+    """Start and stop of the recording, after the start of transmission [s]."""
     pulse: ReceivedPulse
     source_level_db: float
-    """Rms level on axis [dB re 1 uPa at 1 m]."""
+    """Rms level on the axis of the transmit beam [dB re 1 uPa at 1 m]."""
     channel_count: int
-    """Number of pairs of a transmit and a receive beam."""
+    """Number of channels: of pairs of a transmit and a receive beam, or of recorded elements."""
     time: float = 0.0
     """Start of transmission after the start of the track [s]."""
     elements: Hydrophones | None = None
@@ -218,10 +218,13 @@ class _AttitudeBeams:
     transmit_beams: Beams
     receive_beams: Beams
     full_aperture: Beams | None
+    """See `PingGeometry.full_aperture_beams`."""
     bands: tuple[SubBand, ...]
+    """See `PingGeometry.sub_bands`."""
     horizontal_bands: Callable[[], tuple[SubBand, ...]] | None
     boresight: Floats
     bearing: float
+    """See `PingGeometry.first_beam_bearing`."""
 
 
 def beams_at(
@@ -352,7 +355,7 @@ class MountedSonar:
 
     @cached_property
     def _first_beam(self) -> tuple[float, float]:
-        """Components ahead and to the right of the axis of the first beam [1]."""
+        """Components along boresight and to the right of the axis of the first beam [1]."""
         return np.cos(self.sonar.steers[0]), np.sin(self.sonar.steers[0])
 
     @cached_property
@@ -432,7 +435,7 @@ def array_depths(sonar: Sonar, poses: Poses | Platforms) -> Floats:
 def _sufficient_counts(
     sonar: Sonar, pulse: ReceivedPulse, water: Water, sound_speed: float, distance: float, shared: bool
 ) -> tuple[int, int]:
-    """Numbers of sub-bands, 0 for none, and of `horizontal_bands`; arguments see `BandError`."""
+    """Numbers of sub-bands, 0 for none, and of `horizontal_bands`; arguments are those of `BandError`."""
     setting = sonar.receiver.sub_bands
     if setting == 1:
         return 0, 0

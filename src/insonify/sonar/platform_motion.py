@@ -24,7 +24,7 @@ class PlatformMotion:
     """The platform during one ping."""
 
     window: float
-    """Time from the first to the last of the three moments [s]."""
+    """Time from the first to the last of the three moments: start, middle and end of the window [s]."""
     position: Floats
     """Reference point at the three moments, north, east, down [m], shape (3, 3)."""
     rotation: Floats
@@ -49,7 +49,7 @@ class PlatformMotion:
         return path[0], *parabola.py_func(middle, last, self.window)
 
     def max_displacement(self, offset: Floats) -> float:
-        """Approximate largest displacement of any point fixed to the platform from its initial position [m].
+        """Approximate largest displacement of points fixed to the platform from their initial positions [m].
 
         Args:
             offset: Positions from the reference point: forward, starboard, down [m], shape (m, 3).

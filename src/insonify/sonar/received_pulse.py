@@ -24,14 +24,15 @@ OVERSAMPLING = 32
 RINGING = 400.0
 """Duration on each side of the pulse for the filter's ringing [1 / bandwidth]; the ringing falls as time^-3."""
 TAIL_ENERGY = 1e-6
-"""Fraction of the energy outside start..stop [1]."""
+"""Fraction of the energy outside `ReceivedPulse.start` to `stop` [1]."""
 RINGING_ENERGY = 1e-10
-"""Fraction of the energy outside ringing_start..ringing_stop [1], for a window cut out of a longer recording."""
+"""Fraction of the energy outside `ReceivedPulse.ringing_start` to `ringing_stop` [1], for a window cut out of a longer
+recording."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReceivedPulse:
-    """Waveform that an echo of unit rms pressure and zero delay leaves in the recording.
+    """Waveform that an echo of unit rms pressure and zero delay leaves in the recording; times are re the delay.
 
     Example:
         >>> pulse = Pulse(kind="lfm", frequency="100 kHz", bandwidth="20 kHz", duration="2 ms")
@@ -43,9 +44,9 @@ class ReceivedPulse:
     pulse: Pulse
     receiver: Receiver
     start: float
-    """Time before which the waveform has less than half a millionth of its energy [s]; negative when filtered."""
+    """Time before which the waveform has half of `TAIL_ENERGY` or less [s]; negative when filtered."""
     stop: float
-    """Time after which the waveform has less than half a millionth of its energy [s]."""
+    """Time after which the waveform has half of `TAIL_ENERGY` or less [s]."""
     ringing_start: float
     """Time before which the filter's ringing has half of `RINGING_ENERGY` [s]."""
     ringing_stop: float
@@ -99,7 +100,7 @@ class ReceivedPulse:
         """Waveform of a Doppler-compressed echo, with a weighting of its spectrum; only for `samples`.
 
         Args:
-            doppler: Relative increase of its frequencies [1].
+            doppler: Relative increase of the echo's frequencies, as for `spectrum` [1].
             weight: Weight of the spectrum as a function of the offset from the carrier [Hz], shape of the offset [1].
         """
         first, period = _span(self.pulse, self.receiver)
@@ -182,6 +183,7 @@ def receive_pulse(pulse: Pulse, receiver: Receiver) -> ReceivedPulse:
 def _received_spectrum(
     pulse: Pulse, receiver: Receiver, offset: NDArray[np.float64], doppler: float = 0.0
 ) -> Complexes:  # fmt: skip
+    """Fourier transform of the waveform [s], as `ReceivedPulse.spectrum`."""
     echo = pulse_spectrum(pulse, (offset - doppler * pulse.frequency) / (1 + doppler)) / (1 + doppler)
     if receiver.matched_filter:
         replica = echo if doppler == 0 else pulse_spectrum(pulse, offset)

@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 MIN_BEAMS = 24
 """Smallest number of beams for which rows of directions are faster than separate beams [1]."""
 ROW_OVERSAMPLING = 2.0
-"""Rows per wavelength over the aperture [1]."""
+"""Number of rows per interval wavelength / aperture of the direction cosine [1]."""
 ROWS_PER_BEAM = 3.0
 """Largest number of rows per beam, which limits the memory [1]."""
 MAX_TILT_DIFFERENCE = 1e-12
@@ -37,7 +37,7 @@ def share_directions(transmit_beams: Beams, receive_beams: Beams) -> bool:
 
 
 def row_step(transmit_beams: Beams, receive_beams: Beams) -> float:
-    """Spacing of the rows of direction cosines that determine the output of such beams [1]."""
+    """Spacing of the rows of direction cosines that determine the output of beams that share directions [1]."""
     extent = horizontal_extent(receive_beams)
     if transmit_beams.channel_count > 1:
         extent += horizontal_extent(transmit_beams)
@@ -83,7 +83,7 @@ def _is_wide(transmit_beams: Beams, receive_beams: Beams) -> bool:
 
 
 def common_pattern(beams: Beams) -> Beams:
-    """Pattern common to all beams of an array: directivity of elements, vertical pattern."""
+    """Pattern common to all beams of an array, as one beam: directivity of elements, vertical pattern."""
     majorant, table = _unit_pattern_tables()
     steer = np.array([[0.0, beams.steer[0, 1]]])
     return replace(

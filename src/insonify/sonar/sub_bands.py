@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 MAX_OUT_OF_BAND_ENERGY = 1e-4
 """Fraction of the received pulse's energy outside the band that the nodes span [1]."""
 _POINTS = 4096
+"""Number of frequencies on either side of the carrier at which the pulse's energy is summed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -102,7 +102,7 @@ def _min_height(transmit: Beams, receive: Beams) -> float:
 
 
 def _cached_extent(measure: Callable[[Beams, Beams], float], transmit: Beams, receive: Beams) -> float:
-    """Width or height of the two-way beams by `measure` [rad], cached: it does not depend on the array's attitude."""
+    """Width or height of the two-way beams [rad], evaluated by `measure`; cached, whatever the array's attitude."""
     key = measure, transmit.pattern_key, receive.pattern_key
     return _EXTENTS.get(key, lambda: measure(transmit, receive))
 

@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.uint8]
 BLOCK = 1024
+"""Largest number of scatterers whose echoes by one pair of legs are processed together."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
@@ -35,7 +36,7 @@ class TransmitLegs(NamedTuple):
     """Legs from the transmitter's centre to n scatterers, f of them."""
 
     delay: Floats
-    """Delay to the scatterer, of the pulse's middle for a moving transmitter, of its start otherwise [s], (f, n)."""
+    """Time at which the pulse's middle (transmitter at rest: its start) reaches the scatterer [s], (f, n)."""
     transmit_doppler: Floats
     """1 / (1 - radial Mach number of the transmitter towards the departing sound) [1], (f, n)."""
     weight: NDArray[np.complex64]
@@ -43,7 +44,7 @@ class TransmitLegs(NamedTuple):
 
 
 class ReceiveLegs(NamedTuple):
-    """Legs from the receiver's centre to the same scatterers, g of them, described away from the sonar."""
+    """Legs from the receiver's centre to the same scatterers, g of them."""
 
     delay: Floats
     """One-way delay [s], (g, n)."""
@@ -54,11 +55,11 @@ class ReceiveLegs(NamedTuple):
     expansion: Floats
     """Deviation from spherical wavefronts, see `propagation.aperture_expansion`, (g, terms, n); or (g, 0, n)."""
     direction: Floats
-    """Direction of arrival, away from the sonar, (g, n, 3)."""
+    """Unit vector from the receiver towards the arriving sound, in the world [1], (g, n, 3)."""
     weight: NDArray[np.complex64]
     """Pressure re that at 1 m from the scatterer, without carrier [1], (g, n)."""
     gain: NDArray[np.float32]
-    """Gain of each receive pattern, for each leg or each pair of legs [1], (legs or pairs, patterns, n)."""
+    """Amplitude of each receive pattern, for each leg or each pair of legs [1], (legs or pairs, patterns, n)."""
 
 
 class BlockLegs(NamedTuple):
@@ -84,7 +85,7 @@ class Reception(NamedTuple):
 
 
 class ReceiveBeams(NamedTuple):
-    """Receive points, and the channels of each."""
+    """Receive points, and the channels received at each."""
 
     position: Floats
     """Position from the array's centre, in the world, at the start of the ping [m], (points, 3)."""
@@ -97,24 +98,24 @@ class ReceiveBeams(NamedTuple):
     beam: Integers
     """Transmit beam of each channel, (channels,)."""
     pattern: Integers
-    """Pattern of each channel, -1 for a dead one, (channels,)."""
+    """Row of the receive pattern of each channel, -1 for a dead one, (channels,)."""
 
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _apply_carrier(count: int, frequency: float, buffer: "ArrivalBuffer") -> None:
-    """Apply the element's gain and the carrier's phase to weights, real and imaginary parts alternating."""
-    arrival_time, weight, turned = buffer.arrival_time, buffer.source_weight, buffer.carrier_weight
+    """Multiply weights by receive pattern, spreading ratio and exp(-j 2 pi frequency time), into `carrier_weight`."""
+    arrival_time, weight, with_carrier = buffer.arrival_time, buffer.source_weight, buffer.carrier_weight
     _, gain, spreading_ratio, _ = buffer.single
     for i in range(count):
         sine, cosine = sincos_cycles(frequency * arrival_time[i])
-        size = spreading_ratio[i] * gain[i]
-        turned[2 * i] = size * (weight[2 * i] * cosine + weight[2 * i + 1] * sine)
-        turned[2 * i + 1] = size * (weight[2 * i + 1] * cosine - weight[2 * i] * sine)
+        scale = spreading_ratio[i] * gain[i]
+        with_carrier[2 * i] = scale * (weight[2 * i] * cosine + weight[2 * i + 1] * sine)
+        with_carrier[2 * i + 1] = scale * (weight[2 * i + 1] * cosine - weight[2 * i] * sine)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def nonzero_legs(transmit_legs: TransmitLegs, receive_legs: ReceiveLegs) -> tuple[Flags, Flags, Flags]:
-    """Masks of transmit legs with pressure, (f, n), of receive legs, (g, n), and of gains, (rows, n)."""
+    """Masks, 0 or 1: of transmit legs with pressure, (f, n); of receive legs, (g, n); of rows of `gain`, (rows, n)."""
     beams, legs, n = transmit_legs.weight.shape
     transmit_flags, has_gain = np.zeros((legs, n), np.uint8), np.zeros((receive_legs.gain.shape[0], n), np.uint8)
     receive_flags = np.zeros(receive_legs.weight.shape, np.uint8)
@@ -134,23 +135,23 @@ def nonzero_legs(transmit_legs: TransmitLegs, receive_legs: ReceiveLegs) -> tupl
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def scatterers_with_echo(
-    part_start: int, strength: NDArray[Any], legs_out: Flags, legs_back: Flags, has_gain: Flags,
+    part_start: int, strength: NDArray[Any], transmit_mask: Flags, receive_mask: Flags, gain_mask: Flags,
     indices: NDArray[np.int32],
 ) -> int:  # fmt: skip
     """Select the scatterers of a part that have an echo by one pair of legs; return their number.
 
     Args:
         part_start: Index of the first scatterer of the part.
-        strength: Strength of each for the pair, (part,).
-        legs_out: Mask of the transmit leg from `nonzero_legs`, (part,).
-        legs_back: Mask of the receive leg from `nonzero_legs`, (part,).
-        has_gain: Mask of the gain from `nonzero_legs`, (part,).
-        indices: Result: indices of the selected scatterers; one longer than the part.
+        strength: Strength of each scatterer for the pair [m], (part,).
+        transmit_mask: Mask of the transmit leg from `nonzero_legs`, (part,).
+        receive_mask: Mask of the receive leg from `nonzero_legs`, (part,).
+        gain_mask: Mask of the gain from `nonzero_legs`, (part,).
+        indices: Result: indices of the selected scatterers, (part + 1,).
     """
     count = 0
     for k in range(strength.size):  # branch-free: the branch would be mispredicted too often
         indices[np.uintp(count)] = part_start + k
-        count += legs_out[k] & legs_back[k] & has_gain[k] & np.uint8(strength[k] != 0)
+        count += transmit_mask[k] & receive_mask[k] & gain_mask[k] & np.uint8(strength[k] != 0)
     return count
 
 
@@ -158,9 +159,9 @@ class ArrivalBuffer(NamedTuple):
     """Work arrays for the echoes of up to `BLOCK` scatterers by one pair of legs."""
 
     scatterer: NDArray[np.int32]
-    """Indices of the scatterers with an echo; one longer."""
+    """Indices of the scatterers with an echo, (BLOCK + 1,)."""
     strength: NDArray[np.complex64]
-    """Their strengths for the pair."""
+    """Strengths of these scatterers for the pair [m]."""
     echoes: ArrivalColumns
     """The echoes at the array's centre."""
     arrival_time: Floats
@@ -170,11 +171,13 @@ class ArrivalBuffer(NamedTuple):
     first_cell: NDArray[np.int32]
     """First grid cell of each echo."""
     single: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
-    """Position between cells, gain, spreading ratio, coordinate in the waveform basis."""
+    """Position between cells, amplitude of receive pattern, spreading ratio, coordinate in the waveform basis [1]."""
     source_weight: NDArray[np.float32]
-    """Weights without carrier, real and imaginary parts alternating."""
+    """Weights without carrier [uPa], real and imaginary parts alternating."""
     carrier_weight: NDArray[np.float32]
+    """Weights with carrier, receive pattern and spreading ratio [uPa], real and imaginary parts alternating."""
     basis_weights: NDArray[np.float32]
+    """Weight of each waveform in each echo [1], (waveforms, BLOCK) where there are several groups of waveforms."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -196,7 +199,7 @@ def arrival_buffer(terms: int, groups: int) -> ArrivalBuffer:
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _gather_echoes(i: int, j: int, count: int, buffer: ArrivalBuffer, legs: BlockLegs, is_layered: bool) -> None:
     """Gather the columns of some echoes by one pair of legs at the array's centre into a buffer."""
-    tau, curvature, r, distance, u, v, w, doppler_out, expansion = buffer.echoes
+    tau, curvature, r, distance, u, v, w, echo_doppler, expansion = buffer.echoes
     scatterer, transmit_legs, receive_legs = buffer.scatterer, legs.transmit, legs.receive
     transmit_delay, transmit_doppler = transmit_legs.delay[i], transmit_legs.transmit_doppler[i]
     receive_delay, vertical_curvature = receive_legs.delay[j], receive_legs.vertical_curvature[j]
@@ -204,7 +207,7 @@ def _gather_echoes(i: int, j: int, count: int, buffer: ArrivalBuffer, legs: Bloc
     for k in range(count):
         n = np.uintp(scatterer[k])
         tau[k] = transmit_delay[n] + receive_delay[n]
-        curvature[k], doppler_out[k] = vertical_curvature[n], transmit_doppler[n]
+        curvature[k], echo_doppler[k] = vertical_curvature[n], transmit_doppler[n]
         u[k], v[k], w[k] = direction[n, 0], direction[n, 1], direction[n, 2]
     for k in range(count):
         r[k] = 1 / curvature[k]
@@ -220,7 +223,7 @@ def _gather_echoes(i: int, j: int, count: int, buffer: ArrivalBuffer, legs: Bloc
 def locate_arrivals(
     e: int, count: int, last: int, buffer: ArrivalBuffer, receive_beams: ReceiveBeams, reception: Reception
 ) -> None:
-    """Times of arrival of gathered echoes at one receive point, their cells, and coordinates in the waveform basis."""
+    """Fill times of arrival of gathered echoes at receive point e, their cells and coordinates in the basis."""
     element = ElementMotion(receive_beams.position[e], receive_beams.velocity[e], receive_beams.acceleration[e])
     fraction, _, spreading_ratio, x = buffer.single
     arrival_time, doppler = buffer.arrival_time, buffer.doppler
@@ -249,7 +252,7 @@ def deposit_pair(
     i, j, gain_row = rows
     last, scatterer, basis = cells.shape[2] - CELLS_PER_SPIKE, buffer.scatterer, reception.basis
     fraction, pattern_gain, _, x = buffer.single
-    first_cell, turned, node_weights = buffer.first_cell, buffer.carrier_weight, buffer.basis_weights
+    first_cell, with_carrier, node_weights = buffer.first_cell, buffer.carrier_weight, buffer.basis_weights
     _gather_echoes(i, j, count, buffer, legs, reception.water.is_layered)
     beam, pattern = -1, -1
     for e in range(receive_beams.position.shape[0]):
@@ -268,14 +271,14 @@ def deposit_pair(
                 for k in range(count):
                     pattern_gain[k] = gain[np.uintp(scatterer[k])]
             _apply_carrier(count, reception.frequency, buffer)
-            deposit_waveforms(cells, c, 1, 1, first_cell, fraction, turned, x, basis, node_weights, count)
+            deposit_waveforms(cells, c, 1, 1, first_cell, fraction, with_carrier, x, basis, node_weights, count)
 
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _fill_weights(
     transmit_legs: NDArray[np.complex64], receive_legs: NDArray[np.complex64], count: int, buffer: ArrivalBuffer
 ) -> None:
-    """Products of transmit pressure, strength and receive pressure ratio, real and imaginary parts alternating."""
+    """Fill products of transmit pressure, strength and receive pressure ratio, real and imaginary parts alternating."""
     strength, indices, source_weight = buffer.strength, buffer.scatterer, buffer.source_weight
     for k in range(count):
         n = np.uintp(indices[k])

@@ -31,7 +31,7 @@ class ArrivalColumns(NamedTuple):
     """Echoes at an array's centre, n or more."""
 
     delay: Floats
-    """Delay at a centre at rest, of the pulse's middle for a moving sonar, emission delay included [s], (n,)."""
+    """Time at which the pulse's middle (sonar at rest: its start) would reach an array centre at rest [s], (n,)."""
     vertical_curvature: Floats
     """Curvature of the wavefronts in the vertical plane [1/m], (n,)."""
     radius: Floats
@@ -39,13 +39,13 @@ class ArrivalColumns(NamedTuple):
     horizontal_distance: Floats
     """Horizontal distance of each scatterer [m], (n,); needed in layered water only."""
     north: Floats
-    """Direction of each scatterer, away from the sonar, north component [1], (n,)."""
+    """North component of the unit vector from the receiver towards the arriving sound [1], (n,)."""
     east: Floats
-    """East component of the direction [1], (n,)."""
+    """East component of that vector [1], (n,)."""
     down: Floats
-    """Down component of the direction [1], (n,)."""
+    """Down component of that vector [1], (n,)."""
     transmit_doppler: Floats
-    """1 / (1 - radial Mach number of the transmitter) [1], (n,)."""
+    """1 / (1 - radial Mach number of the transmitter towards the departing sound) [1], (n,)."""
     expansion: Floats
     """Deviation from spherical wavefronts, see `propagation.aperture_expansion`, (terms, n); or (0, n)."""
 
@@ -100,23 +100,23 @@ def transmitter_motion_of_leg(
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def transmit_moving(
     departure: Floats, wavefront_radius: Floats, velocity: Floats, pulse_middle: float, slowness: float,
-    delay_change: Floats, transmitter_mach: Floats, amplitude_factor: Floats,
+    emission_delay: Floats, transmitter_mach: Floats, amplitude_factor: Floats,
 ) -> None:  # fmt: skip
     """Effects of a moving transmitter on the pulse's middle: emission delay, radial Mach number, pressure ratio.
 
     Args:
-        departure: Directions of departure, (n, 3).
+        departure: Unit vectors of departure in the world [1], (n, 3).
         wavefront_radius: Radius of the wavefronts [m], (n,).
         velocity: Velocity of the transmitter [m/s], (3,).
         pulse_middle: Time from the pulse's start to its middle [s].
         slowness: Slowness of sound at the transmitter [s/m].
-        delay_change: Result: emission delay of the pulse's middle [s], (n,).
+        emission_delay: Result: emission delay of the pulse's middle [s], (n,).
         transmitter_mach: Result: radial speed of the transmitter towards the departing sound over that of sound [1],
             (n,).
         amplitude_factor: Result: pressure ratio by the transmitter's motion [1], (n,).
     """
     for n in range(wavefront_radius.size):
-        delay_change[n], transmitter_mach[n], amplitude_factor[n] = transmitter_motion_of_leg(
+        emission_delay[n], transmitter_mach[n], amplitude_factor[n] = transmitter_motion_of_leg(
             departure[n, 0], departure[n, 1], departure[n, 2], wavefront_radius[n], velocity, pulse_middle, slowness
         )
 
@@ -125,7 +125,7 @@ def transmit_moving(
 def direction_at_arrival(
     north: float, east: float, down: float, path_length: float, t: float, element: ElementMotion
 ) -> tuple[float, float, float]:
-    """Direction of one echo from a displaced element, as in `turn_to_element`."""
+    """Unit vector from an element towards one arriving echo at time t [s], as in `turn_to_element`."""
     element_position, velocity, acceleration = element
     inverse = 1 / max(path_length, CLOSEST)
     x = north - inverse * (element_position[0] + t * (velocity[0] + t / 2 * acceleration[0]))
@@ -139,14 +139,14 @@ def direction_at_arrival(
 def turn_to_element(
     direction: Floats, path_length: Floats, arrival_time: Floats, element: ElementMotion, directions: Floats
 ) -> None:
-    """Directions of echoes from an element at the times of arrival.
+    """Directions from an element towards echoes at their times of arrival.
 
     Args:
-        direction: Directions of the scatterers from the array's centre at the start, (n, 3).
+        direction: Unit vectors towards the echoes from the array's centre at the start of the ping [1], (n, 3).
         path_length: Lengths of the receive legs [m], (n,).
         arrival_time: Times of arrival [s], (n,).
         element: The element.
-        directions: Result: directions from the element, (n, 3).
+        directions: Result: unit vectors from the element [1], (n, 3).
     """
     for n in range(path_length.size):
         directions[n, 0], directions[n, 1], directions[n, 2] = direction_at_arrival(
@@ -159,7 +159,7 @@ def arrival_stationary(
     echoes: ArrivalColumns, count: int, element_position: Floats, water: ArrayWater, arrival_time: Floats,
     spreading_ratio: NDArray[Any],
 ) -> None:  # fmt: skip
-    """Arrival times at an element at rest, and the spreading ratio by its distance; see `arrival_times`."""
+    """Arrival times and spreading ratios at an element at rest; arguments are those of `arrival_times`."""
     delay, radius, north, east, down = echoes.delay, echoes.radius, echoes.north, echoes.east, echoes.down
     slowness, attenuation = water.slowness, water.attenuation
     x, y, z = element_position[0], element_position[1], element_position[2]
@@ -221,9 +221,9 @@ def arrival_moving(
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _expansion_delay(expansion: Floats, i: int, x: float, z: float) -> tuple[float, float, float]:
-    """Delay beyond the expansion [s], and its derivatives in x and z [s/m], for an element x nearer and z deeper.
+    """Delay beyond that of a spherical wavefront [s], and its derivatives in x and z [s/m].
 
-    The polynomial of `propagation.aperture_expansion`.
+    The polynomial of `propagation.aperture_expansion`, for an element x nearer and z deeper than the centre [m].
     """
     along_x = expansion[0, i] + x * (expansion[3, i] + x * expansion[7, i])
     along_z = expansion[2, i] + z * (expansion[6, i] + z * expansion[8, i])
@@ -239,7 +239,10 @@ def arrival_refracted(
     echoes: ArrivalColumns, count: int, element: ElementMotion, water: ArrayWater, arrival_time: Floats,
     spreading_ratio: NDArray[Any], doppler: Floats,
 ) -> None:  # fmt: skip
-    """Arrival times in layered water at an element that may be moving, by the expansion of the wavefront."""
+    """Arrival times in layered water at an element that may be moving, by the expansion of the wavefront.
+
+    Arguments are those of `arrival_times`.
+    """
     delay, north, east, down, transmit_doppler = (
         echoes.delay, echoes.north, echoes.east, echoes.down, echoes.transmit_doppler,
     )  # fmt: skip

@@ -1,6 +1,6 @@
 """Kernel that deposits the echoes of a block of scatterers in beams, from legs to grids, a part of the block at a time.
 
-The work arrays of a few hundred scatterers stay in the cache throughout: pressures of the transmit and receive legs,
+The work arrays of a part stay in the cache throughout: pressures of the transmit and receive legs,
 the gain of the beams at reception, the strength of pairs. Legs without pressure are skipped.
 Then pairs of legs are combined. Plain numbers and arrays.
 """
@@ -38,6 +38,7 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
 _PART = 1024
+"""Number of scatterers of a part."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
@@ -45,15 +46,21 @@ class LegColumns(NamedTuple):
     """Columns of `Legs` between one end and n scatterers, (f, n)."""
 
     delay: Floats
+    """One-way delay [s]."""
     length: Floats
+    """Path length [m]."""
     spreading: Floats
+    """Pressure ratio by spreading re 1 m [1]."""
     absorption: Floats
+    """Pressure ratio by absorption at the carrier [1]."""
     reflection_coefficient: Complexes
-    """Reflection coefficient, with the phases of caustics and glints."""
+    """Product of the reflection coefficients, with the phases of caustics and glints [1]."""
     visibility: Complexes
+    """Pressure ratio by occlusion and diffraction [1]."""
     departure: Floats
-    """Direction away from the sonar, (f, n, 3)."""
+    """Unit vector away from the sonar, in the world [1], (f, n, 3)."""
     grazing_sine: Floats
+    """Sine of the grazing angle at the scatterer [1]."""
 
 
 class Transmitter(NamedTuple):
@@ -68,6 +75,7 @@ class Transmitter(NamedTuple):
     slowness: float
     """Slowness of sound at the transmitter [s/m]."""
     beams: BeamTables
+    """Transmit beams."""
 
 
 class ReceivingArray(NamedTuple):
@@ -84,16 +92,20 @@ class ReceivingArray(NamedTuple):
     rotation_acceleration: Floats
     """Second-order rotation, from `PlatformMotion.rotation_rates` [1/s^2], (3, 3)."""
     beams: BeamTables
+    """Receive beams."""
     point: ReceiveBeams
     """One receive point, and its channels."""
 
 
 class WavefrontColumns(NamedTuple):
-    """Received wavefronts in layered water, see `ReceiveLegs`; empty in water of one sound speed."""
+    """Received wavefronts in layered water, as in `ReceiveLegs`; empty in water of one sound speed."""
 
     vertical_curvature: Floats
+    """[1/m], (g, n)."""
     horizontal_distance: Floats
+    """[m], (g, n)."""
     expansion: Floats
+    """Shape (g, terms, n)."""
 
 
 class ScatteringStrengths(NamedTuple):
@@ -102,14 +114,15 @@ class ScatteringStrengths(NamedTuple):
     amplitude: NDArray[np.complex64]
     """Strengths [m], (p, n); or (0, 0): separable."""
     direction_factor: Floats
-    """Factor of one direction, at even sines of grazing angle, (2 or more,)."""
+    """Factor of the cross section by the direction of one leg [1], at equal steps of the sine of its grazing angle from
+    0 to 1, (2 or more,); empty: 1."""
     root_area: Floats
     """Root of the area of each scatterer [m], (n,)."""
     weight: Floats
-    """Weight of each pair [1], (p,)."""
-    scatterer_number: Singles
+    """Factor of the strength of each pair [1], (p,)."""
+    priority: Singles
     """Priority of each scatterer, (n,)."""
-    stretch: NDArray[np.uint8]
+    range_bin: NDArray[np.uint8]
     """Range bin of each scatterer, (n,)."""
     keep_probability: Singles
     """Keep probability of each pair in each range bin, (p, bins); or (0, 0): 1."""
@@ -125,7 +138,7 @@ class ScattererBlock(NamedTuple):
     receive_legs: LegColumns
     """Receive legs."""
     same_legs: bool
-    """True if both are the same."""
+    """True if transmit and receive legs are the same."""
     phase: Complexes
     """Phasors of the scatterers [1], (n,)."""
     strengths: ScatteringStrengths
@@ -146,17 +159,18 @@ class _Leg(NamedTuple):
 
 
 _REAL, _IMAGINARY = 0 * _PART, 1 * _PART
-"""Pressure ratio."""
+"""Pressure ratio of the leg [1]."""
 _FACTOR, _LENGTH = 2 * _PART, 3 * _PART
-"""Root of the direction factor of strengths; length of the leg."""
+"""Root of the direction factor of strengths [1]; length of the leg [m]."""
 _NORTH, _EAST, _DOWN = 4 * _PART, 5 * _PART, 6 * _PART
-"""Direction away from the sonar."""
+"""Unit vector away from the sonar, in the world [1]."""
 _TIME, _DOPPLER = 7 * _PART, 8 * _PART
-"""A time [s]; 1 / (1 - radial Mach number)."""
+"""Emission delay or time of arrival [s] and 1 / (1 - radial Mach number); then the scatterer's phasor, real and
+imaginary part."""
 _AHEAD, _RIGHT, _BELOW = 9 * _PART, 10 * _PART, 11 * _PART
-"""Direction cosines along an array's axes."""
+"""Direction cosines along an array's axes [1]; the first also holds the curvature of wavefronts [1/m]."""
 _WEIGHT = 12 * _PART
-"""A factor."""
+"""Source pressure and factors [uPa] of a transmit leg; amplitude of the element pattern [1] of a receive leg."""
 _COLUMNS = 13
 
 
@@ -165,7 +179,7 @@ def _fill_leg(
     legs: LegColumns, f: int, part_start: int, end: int, extra_attenuation: float, strengths: ScatteringStrengths,
     leg: _Leg,
 ) -> int:  # fmt: skip
-    """Select the scatterers of a part that a leg reaches, fill in the leg's columns, and return their number."""
+    """Select the scatterers of a part that a leg reaches, fill the leg's columns, and return their number."""
     count = 0
     visibility, boundary = legs.visibility[f, part_start:end], legs.reflection_coefficient[f, part_start:end]
     for k in range(end - part_start):
@@ -214,7 +228,7 @@ def _transmit_leg(
     f: int, part_start: int, count: int, transmitter: Transmitter, block: ScattererBlock, leg: _Leg,
     transmit_legs: TransmitLegs, transmit_cosine: Floats,
 ) -> None:  # fmt: skip
-    """Transmitted pressure at the scatterers that a leg reaches, and direction cosines as in `_receive_gain`."""
+    """Fill transmitted pressures at the scatterers that a leg reaches, and direction cosines to the array's right."""
     beams, c, scatterer = transmitter.beams, leg.column, leg.scatterer
     axes, velocity, middle, slowness = beams.axes, transmitter.velocity, transmitter.pulse_middle, transmitter.slowness
     for k in range(count):
@@ -246,14 +260,14 @@ def _transmit_leg(
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _array_cosines(axes: Floats, count: int, c: Floats) -> None:
-    """Direction cosines along an array's axes."""
+    """Fill direction cosines along an array's axes."""
     for k in range(count):
         c[_AHEAD + k], c[_RIGHT + k], c[_BELOW + k] = array_cosines(axes, c[_NORTH + k], c[_EAST + k], c[_DOWN + k])
 
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _apply_element_pattern(beams: BeamTables, count: int, c: Floats) -> None:
-    """Multiply factors by the gain of an array's elements."""
+    """Multiply factors by the amplitude of an array's elements."""
     for k in range(count):
         c[_WEIGHT + k] *= element_amplitude(beams, c[_AHEAD + k], c[_RIGHT + k], c[_BELOW + k])
 
@@ -262,9 +276,9 @@ def _apply_element_pattern(beams: BeamTables, count: int, c: Floats) -> None:
 def _rotated_direction(
     x: float, y: float, z: float, arrival_time: float, r: Floats, b: Floats
 ) -> tuple[float, float, float]:
-    """Direction at the start of the ping that is equivalent to a direction at reception by the rotated array.
+    """Direction that has, in the array of the start of the ping, the cosines of a direction in the rotated array.
 
-    As `PlatformMotion.to_initial_attitude`, with its two orders of rotation.
+    As `PlatformMotion.to_initial_attitude`, with rotation of first order `r` [1/s] and second order `b` [1/s^2].
     """
     north = x + arrival_time * (
         x * r[0, 0] + y * r[0, 1] + z * r[0, 2] + arrival_time * (x * b[0, 0] + y * b[0, 1] + z * b[0, 2])
@@ -283,14 +297,14 @@ def _rotated_direction(
 def _receive_gain(
     row: int, count: int, receiving_array: ReceivingArray, leg: _Leg, gain: Singles, right_cosine: Floats
 ) -> None:
-    """Gain of each pattern towards a leg's scatterers at the times of reception.
+    """Fill the amplitude of each pattern towards a leg's scatterers at the times of reception.
 
     Args:
-        row: Row of the gains.
+        row: Row of `gain` to be filled.
         count: Number of scatterers that the leg reaches.
         receiving_array: Receiving array.
         leg: The leg; its columns hold the times of arrival, and factors that start at 1.
-        gain: Result: gains, (rows, patterns, part).
+        gain: Result: amplitudes [1], (rows, patterns, part).
         right_cosine: Result: direction cosines to the array's right, (rows, part); or (0, 0): not needed.
     """
     beams, c, scatterer = receiving_array.beams, leg.column, leg.scatterer
@@ -326,7 +340,7 @@ def _receive_leg(
     j: int, part: tuple[int, int], count: int, block: ScattererBlock, receiving_array: ReceivingArray, leg: _Leg,
     receive_legs: ReceiveLegs, right_cosine: Floats,
 ) -> None:  # fmt: skip
-    """Received pressure ratio of the scatterers of a part that a receive leg reaches.
+    """Fill the received pressure ratio of the scatterers of a part that a receive leg reaches.
 
     Args:
         j: Row of the leg.
@@ -393,30 +407,30 @@ def _reached_buffer(legs: int) -> _ReachedScatterers:
 @njit(cache=True, nogil=True, reference_counts=False, error_model="numpy")
 def _record_reached(reached: _ReachedScatterers, f: int, count: int, leg: _Leg) -> None:
     """Record the scatterers that a leg reaches with any pressure, by the factors in its columns."""
-    flag, which, column, reached_count = reached.is_reached[f], reached.scatterer[f], leg.column, 0
+    flag, scatterer, column, reached_count = reached.is_reached[f], reached.scatterer[f], leg.column, 0
     for k in range(flag.size):
         flag[k] = 0
     for k in range(count):
-        sounds = column[_WEIGHT + k] != 0
-        flag[np.uintp(leg.scatterer[k])] = sounds
-        which[np.uintp(reached_count)] = leg.scatterer[k]
-        reached_count += sounds
+        has_pressure = column[_WEIGHT + k] != 0
+        flag[np.uintp(leg.scatterer[k])] = has_pressure
+        scatterer[np.uintp(reached_count)] = leg.scatterer[k]
+        reached_count += has_pressure
     reached.scatterer_count[f] = reached_count
 
 
 @njit(cache=True, nogil=True, reference_counts=False, error_model="numpy")
 def _echoes_of_pair(
-    p: int, i: int, j: int, part_start: int, strengths: ScatteringStrengths, legs_out: _ReachedScatterers,
-    legs_back: _ReachedScatterers, buffer: ArrivalBuffer,
+    p: int, i: int, j: int, part_start: int, strengths: ScatteringStrengths, transmit: _ReachedScatterers,
+    receive: _ReachedScatterers, buffer: ArrivalBuffer,
 ) -> int:  # fmt: skip
     """Select scatterers with an echo by one pair of legs, store their strengths in `buffer`, return their number."""
-    shorter = legs_out.scatterer_count[i] <= legs_back.scatterer_count[j]
+    shorter = transmit.scatterer_count[i] <= receive.scatterer_count[j]
     scatterer = (
-        legs_out.scatterer[i, : legs_out.scatterer_count[i]]
+        transmit.scatterer[i, : transmit.scatterer_count[i]]
         if shorter
-        else legs_back.scatterer[j, : legs_back.scatterer_count[j]]
+        else receive.scatterer[j, : receive.scatterer_count[j]]
     )
-    flag, count = legs_back.is_reached[j] if shorter else legs_out.is_reached[i], 0
+    flag, count = receive.is_reached[j] if shorter else transmit.is_reached[i], 0
     if strengths.amplitude.shape[0]:
         given = strengths.amplitude[p, part_start:]
         for k in range(scatterer.size):
@@ -424,8 +438,8 @@ def _echoes_of_pair(
             buffer.scatterer[np.uintp(count)], buffer.strength[np.uintp(count)] = scatterer[k], given[n]
             count += flag[n] & np.uint8(given[n] != 0)
     elif strengths.keep_probability.shape[0]:
-        keep_probability, priority = strengths.keep_probability[p], strengths.scatterer_number[part_start:]
-        range_bin = strengths.stretch[part_start:]
+        keep_probability, priority = strengths.keep_probability[p], strengths.priority[part_start:]
+        range_bin = strengths.range_bin[part_start:]
         for k in range(scatterer.size):
             n = np.uintp(scatterer[k])
             buffer.scatterer[np.uintp(count)] = scatterer[k]
@@ -448,7 +462,18 @@ def _receive_gain_by_pair(
     rows: tuple[int, int], count: int, buffer: ArrivalBuffer, legs: BlockLegs, length: Floats,
     receiving_array: ReceivingArray, leg: _Leg, right_cosine: Floats,
 ) -> None:  # fmt: skip
-    """Gains of a rotating array for one pair of legs, whose echoes have their own times of arrival."""
+    """Fill gains of a rotating array for one pair of legs, whose echoes have their own times of arrival.
+
+    Args:
+        rows: Rows of the transmit and the receive leg.
+        count: Number of echoes.
+        buffer: Indices of their scatterers.
+        legs: Legs of both ends; row 0 of the receive gains is filled.
+        length: Length of the receive leg to each scatterer of the part [m], (part,).
+        receiving_array: Receiving array.
+        leg: Work arrays.
+        right_cosine: Result: direction cosines to the array's right, as in `_receive_gain`.
+    """
     i, j = rows
     c, direction = leg.column, legs.receive.direction[j]
     for k in range(count):

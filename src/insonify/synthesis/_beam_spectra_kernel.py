@@ -1,6 +1,6 @@
 """Kernel that forms beams from rows of direction cosines, with the exact phase of each frequency.
 
-The phasors of a frequency follow from those of the one before by one multiplication. An aperture's points lie in pairs
+Each phasor follows from that of the preceding frequency by one multiplication. An aperture's points lie in pairs
 at +p and -p about its centre, whose phasors add to 2 cos(2 pi p (u_row - u_beam)): a product of cosines and a product
 of sines, of which the factors of the row are summed first. Plain numbers and arrays.
 """
@@ -24,10 +24,10 @@ class AperturePoints(NamedTuple):
     position: Floats
     """Distances from the centre [wavelengths at the carrier], shape (n,)."""
     weight: Floats
-    """Weight of both points of a pair together [1], shape (n,)."""
+    """Sum of the weights of both points of a pair [1], shape (n,)."""
     inverse_response: Floats
-    """One over the transform of the gridding kernel, as coefficients of a polynomial in the square of the cycles per
-    row, constant first."""
+    """Coefficients of a polynomial, constant first, that is one over the transform of the gridding kernel, in the
+    square of the cycles per row."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -67,10 +67,10 @@ def _add_point(a: float, b: float, c: float, d: float, phasor: Floats, phase_ste
     """Add a point at one frequency to all beams, and advance the phasors to the next frequency.
 
     Args:
-        a: Weighted sum of the point: real part times cosine, see `_add_row`.
-        b: Imaginary part times cosine.
-        c: Real part times sine.
-        d: Imaginary part times sine.
+        a: Weighted sum of real parts times cosines at the point, see `_add_row`.
+        b: Weighted sum of imaginary parts times cosines.
+        c: Weighted sum of real parts times sines.
+        d: Weighted sum of imaginary parts times sines.
         phasor: Cosines and sines at this frequency; changed to those at the next, (2, beams).
         phase_step: Cosines and sines of the increment, (2, beams).
         sums: Real and imaginary part of each beam; added to, (2, beams).
@@ -88,7 +88,7 @@ def form_beams(
     rows: NDArray[np.complex128], row_cosine: Floats, row_step: float, steer: Floats, points: AperturePoints,
     ratio: float, increment: float, beams: NDArray[np.complex128],
 ) -> None:  # fmt: skip
-    """Form beams of a direction grid's rows at evenly spaced frequencies.
+    """Form beams from the rows of a direction grid at evenly spaced frequencies.
 
     Args:
         rows: Spectra of the rows, (rows, frequencies).

@@ -15,12 +15,12 @@ Floats = NDArray[np.float64]
 def fill_kinematics(
     position: Floats, rotation: Floats, window: float, arm: Floats, velocity: Floats, acceleration: Floats
 ) -> float:
-    """Motion of one point of a platform, as `PlatformMotion.kinematics` has it.
+    """Fill the motion of one point of a platform, as `PlatformMotion.kinematics` does.
 
     Args:
-        position: See `PlatformMotion.position`, (3, 3).
-        rotation: See `PlatformMotion.rotation`, (3, 3, 3).
-        window: See `PlatformMotion.window` [s].
+        position: `PlatformMotion.position` [m], (3, 3).
+        rotation: `PlatformMotion.rotation` [1], (3, 3, 3).
+        window: `PlatformMotion.window` [s].
         arm: Position of the point on the platform: forward, starboard, down [m], (3,).
         velocity: Result, velocity at the start [m/s], (3,).
         acceleration: Result [m/s^2], (3,).

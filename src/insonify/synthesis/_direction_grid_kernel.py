@@ -32,7 +32,7 @@ Reals = NDArray[np.floating[Any]]
 _TAPS = tap_coefficients()
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 _CELLS = 256
-"""Numbers of a row that are processed together: those of all rows fit in the cache."""
+"""Numbers of a row that are processed together: so many of all rows fit in the cache."""
 
 
 class DirectionRows(NamedTuple):
@@ -43,7 +43,8 @@ class DirectionRows(NamedTuple):
     step: float
     """Spacing of the rows [1]; 0: no grid, channels are beams."""
     transmit_pattern: Floats
-    """Pattern of transmit beams steered with the receive beams, cubics of shape (rows, 4); empty: none."""
+    """Amplitude of transmit beams steered with the receive beams, as cubics in the difference of direction cosines, see
+    `interpolate_pattern`, (rows, 4); empty: none."""
     transmit_rows_per_unit: float
     """Rows of that pattern per unit of direction cosine [1]."""
 
@@ -56,17 +57,19 @@ class RowSortBuffer(NamedTuple):
     starts: NDArray[np.int64]
     """Number of echoes before each row, (rows + 1,)."""
     order: NDArray[np.int32]
+    """Index of each echo in order of rows."""
     row_weights: Singles
-    """Weight of each echo in its rows, (WIDTH, BLOCK)."""
+    """Gridding kernel of each sorted echo in its rows [1], (WIDTH, BLOCK)."""
     first_cell: NDArray[np.int32]
+    """First cell of each sorted echo; -1: off the grid."""
     single: Singles
-    """Position between cells and coordinate in the waveform basis, (2, BLOCK)."""
+    """Position between cells and coordinate in the waveform basis of each sorted echo [1], (2, BLOCK)."""
     weight: Singles
-    """Weights, real and imaginary parts alternating."""
+    """Weight of each sorted echo [uPa], real and imaginary parts alternating."""
     row_part: Singles
-    """Weights of one row, real and imaginary parts alternating."""
+    """Weights of echoes in one row [uPa], real and imaginary parts alternating."""
     row_fraction: Singles
-    """Position between rows, unsorted."""
+    """Position of each echo between rows, unsorted [1]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -81,14 +84,14 @@ def row_sort_buffer(rows: int) -> RowSortBuffer:
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def _sort_by_row(
-    right_cosine: Floats, column_number: NDArray[np.int32], count: int, rows: DirectionRows, row_count: int,
+    right_cosine: Floats, scatterer: NDArray[np.int32], count: int, rows: DirectionRows, row_count: int,
     sort_buffer: RowSortBuffer,
 ) -> None:  # fmt: skip
-    """First rows of some echoes, their weights in these and the following rows, and their order by row.
+    """Fill first rows of some echoes, their weights in these and the following rows, and their order by row.
 
     Args:
         right_cosine: Direction cosine to the array's right of the scatterers of a part, (part,).
-        column_number: Indices of those with an echo, (count or more,).
+        scatterer: Indices of the scatterers with an echo in the part, (count or more,).
         count: Number of echoes.
         rows: Rows of the grid.
         row_count: Number of rows.
@@ -97,7 +100,7 @@ def _sort_by_row(
     last = row_count - CELLS_PER_SPIKE
     inverse_step, shift = 1 / rows.step, 0.5 * WIDTH - 1
     for k in range(count):
-        position = (right_cosine[np.uintp(column_number[k])] - rows.first) * inverse_step - shift
+        position = (right_cosine[np.uintp(scatterer[k])] - rows.first) * inverse_step - shift
         position = min(max(position, 0.0), float(last))
         cell = np.floor(position)
         sort_buffer.row[k], sort_buffer.row_fraction[k] = np.int32(cell), np.float32(position - cell - 0.5)
@@ -145,7 +148,8 @@ def deposit_pair_by_direction(
 
     Args:
         cells: Grids of pressure, shape (rows, groups, cells, waveforms of a group): see `group_layout`.
-        leg_rows: Rows of the transmit leg, the receive leg and the gain, which is common to all beams.
+        leg_rows: Rows of the transmit leg, the receive leg and the gain, of which the first pattern is used: that
+            common to all beams.
         count: Number of scatterers with an echo.
         buffer: Their indices and strengths, and work arrays.
         legs: Legs of both ends.
@@ -214,14 +218,14 @@ def _deposit_rows(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gather_filled_rows(rows_in: Reals, begin: int, end: int, tiles: Singles, filled: NDArray[np.int64]) -> int:
-    """Copy some columns of the rows that hold something there next to each other; their number.
+    """Copy some columns of the rows that are not zero there, row after row; return the number of these rows.
 
     Args:
         rows_in: Rows of the grid, (rows, n).
         begin: First column.
         end: One past the last column.
-        tiles: Copies, written, (tiles, rows, columns of a tile).
-        filled: Number of each row, written, (rows,).
+        tiles: Result: copies, (tiles, rows, columns of a tile).
+        filled: Result: index of each copied row, (rows,).
     """
     count = 0
     for r in range(rows_in.shape[0]):
@@ -238,7 +242,7 @@ def _gather_filled_rows(rows_in: Reals, begin: int, end: int, tiles: Singles, fi
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def combine_rows(rows_in: Reals, weights: Singles, beams: Singles) -> None:
-    """Weighted sums of rows: a matrix product, without the parts of rows that hold nothing.
+    """Weighted sums of rows: a matrix product without the parts of rows that are zero.
 
     Rows outside the received sector, and times before the first echo and after the last, are empty.
 

@@ -20,8 +20,9 @@ Singles = NDArray[np.float32]
 TILE = 1024
 """Echoes that are evaluated together."""
 ROW = TILE + 16
+"""Length of rows of work arrays, with room for a whole last vector."""
 MOST_POWERS = 9
-"""Largest number of powers."""
+"""Number of terms of the power series of times of arrival."""
 _FAST = {"contract", "nsz", "arcp"}  # no reassociation: the order of sums would follow from the cache
 
 
@@ -35,7 +36,8 @@ class ApertureNodes(NamedTuple):
     acceleration: Floats
     """Acceleration [m/s^2], (k, 3)."""
     series: Floats
-    """Chebyshev series from values at the nodes, (k, k); (0, 0): each node is an element."""
+    """Matrix from values at the nodes to coefficients of a Chebyshev series [1], (k, k); (0, 0): the nodes are the
+    elements."""
     polynomials: Floats
     """Chebyshev polynomials at each element, then at each interpolation point of the sector [1], (elements + p, k)."""
 
@@ -44,26 +46,26 @@ class EchoSeries(NamedTuple):
     """Series along an array of the echoes of a tile, in order of arrival, and their values at the nodes."""
 
     time: Floats
-    """Times of arrival [s], (terms, tile)."""
+    """Coefficients of times of arrival [s], (terms, tile)."""
     single: Singles
-    """Spreading ratio and coordinate in the waveform basis [1], (2, terms, tile)."""
+    """Coefficients of spreading ratio and coordinate in the waveform basis [1], (2, terms, tile)."""
     half_curvature: float
     """Half the second derivative of the third polynomial: 1 of powers, 2 of Chebyshev polynomials."""
     motion: Floats
-    """Position, velocity and acceleration of the array's middle, and of its end re that, (6, 3)."""
+    """Position [m], velocity [m/s] and acceleration [m/s^2] of the array's middle, and of its end re that, (6, 3)."""
     node_time: Floats
-    """Times of arrival [s], (nodes, tile)."""
+    """Times of arrival at the nodes [s], (nodes, tile)."""
     node_spreading: Singles
-    """Spreading ratios, (nodes, tile)."""
+    """Spreading ratios at the nodes [1], (nodes, tile)."""
     node_x: Singles
-    """Coordinates in the waveform basis, (nodes, tile)."""
+    """Coordinates in the waveform basis at the nodes [1], (nodes, tile)."""
     node_doppler: Floats
-    """Doppler factors less one, (nodes, tile)."""
+    """Doppler factors less one at the nodes [1], (nodes, tile)."""
 
 
 @njit(inline="always")
 def whole_vectors(count: int) -> int:
-    """Number of echoes in whole vectors of 16, so that no loop ends with single ones; work arrays have room."""
+    """The count rounded up to whole vectors of 16: no loop ends with single echoes, and work arrays have room."""
     return (count + 15) & ~15
 
 
@@ -81,14 +83,17 @@ def inverse_half_range(basis: BasisWeights) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def series_along(nodes: ApertureNodes, water: ArrayWater, basis: BasisWeights) -> tuple[EchoSeries, Floats]:
-    """Work arrays for series along an array, and their polynomials at elements and points, (elements + p, terms)."""
+    """Work arrays for series along an array, and the values of the polynomials at elements and points.
+
+    Polynomials are powers in water of one sound speed, shape (elements + p, terms).
+    """
     count, coordinate = nodes.series.shape[0], nodes.polynomials
     motion, half_curvature, polynomials = np.zeros((6, 3)), 2.0, coordinate
     if 0 < count < MOST_POWERS and not water.is_layered:
         half_curvature = 1.0
         for row, part in enumerate((nodes.position, nodes.velocity, nodes.acceleration)):
             motion[row], motion[row + 3] = nodes.series[0] @ part, nodes.series[1] @ part
-        polynomials = np.ones((len(coordinate), count + 1))  # powers converge more slowly
+        polynomials = np.ones((len(coordinate), count + 1))  # one power more than nodes: powers converge more slowly
         for power in range(1, count + 1):
             polynomials[:, power] = coordinate[:, 1] ** power
     most, rows = max(count, MOST_POWERS), max(count, 1)
@@ -106,7 +111,7 @@ def values_at_node(
     k: int, row: int, echoes: ArrivalColumns, count: int, nodes: ApertureNodes, water: ArrayWater, basis: BasisWeights,
     series: EchoSeries,
 ) -> None:  # fmt: skip
-    """Times of arrival, spreading and coordinates of some echoes at node k, in one row of the values of a series."""
+    """Fill times of arrival, spreading and coordinates of some echoes at node k, in one row of the node values."""
     node, inverse_range = (
         ElementMotion(nodes.position[k], nodes.velocity[k], nodes.acceleration[k]),
         inverse_half_range(basis),
@@ -122,11 +127,11 @@ def fill_series(
     columns: Floats, echoes: ArrivalColumns, count: int, nodes: ApertureNodes, water: ArrayWater, basis: BasisWeights,
     series: EchoSeries,
 ) -> None:  # fmt: skip
-    """Series of some echoes along a straight array.
+    """Fill series of some echoes along a straight array.
 
     Args:
-        columns: Columns of the echoes, (8, tile).
-        echoes: The same, by name.
+        columns: Columns of the echoes, see `_gather_echoes`, (8, tile).
+        echoes: The same columns by name, and the expansion.
         count: Number of echoes.
         nodes: The nodes.
         water: The water.
@@ -143,7 +148,7 @@ def fill_series(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _series_of_nodes(count: int, node_series: Floats, series: EchoSeries) -> None:
-    """Chebyshev series of some echoes from their values at the nodes, see `ApertureNodes.series`."""
+    """Fill Chebyshev series of some echoes from their values at the nodes; node_series: `ApertureNodes.series`."""
     time, single = series.time, series.single
     for j in range(node_series.shape[0]):
         time[j, :count] = 0
@@ -171,16 +176,16 @@ def _series_of_spheres(
     columns: Floats, count: int, motion: Floats, water: ArrayWater, basis: BasisWeights,
     series: EchoSeries,
 ) -> None:  # fmt: skip
-    """Power series of echoes along an array in water of one sound speed, whose wavefronts are spheres.
+    """Fill power series of echoes along an array in water of one sound speed, whose wavefronts are spheres.
 
     An echo comes to the array's middle over R, and to s times half the array, s H, a time d later:
     |R - s H - d V - s d W - d^2 A / 2| = |R| + c d, with V and A the middle's velocity and acceleration and W the
     velocity of the array's end re it. Squared, this gives the coefficients of d one after the other.
 
     Args:
-        columns: Columns as of `_gather_echoes`.
+        columns: Columns of the echoes, see `_gather_echoes`, (8, tile).
         count: Number of echoes.
-        motion: Position, velocity and acceleration of the array's middle, and of its end re that, (6, 3).
+        motion: Motion of the array, see `EchoSeries.motion`, (6, 3).
         water: The water.
         basis: Waveform basis.
         series: Result: the series: `MOST_POWERS` terms of times, `few_terms` of the others.
@@ -234,7 +239,7 @@ def _series_of_spheres(
         time[m], time[TILE + m], time[2 * TILE + m] = tau - pulse_middle, d1, d2
         time[3 * TILE + m], time[4 * TILE + m], time[5 * TILE + m] = d3, d4, d5
         time[6 * TILE + m], time[7 * TILE + m], time[8 * TILE + m] = d6, d7, d8
-        # one over the distance: its series over its first term
+        # one over the distance: its series re its first term
         closer, per = (distance * c + range_velocity) * inverse, -c * (distance * c + range_velocity) * inverse
         y1, y2, y3, y4, y5, y6 = per * d1, per * d2, per * d3, per * d4, per * d5, per * d6
         g1 = y1
@@ -243,14 +248,14 @@ def _series_of_spheres(
         g4 = y4 + y3 * g1 + y2 * g2 + y1 * g3
         g5 = y5 + y4 * g1 + y3 * g2 + y2 * g3 + y1 * g4
         g6 = y6 + y5 * g1 + y4 * g2 + y3 * g3 + y2 * g4 + y1 * g5
-        level, loss = r * closer * (1 - attenuation * excess), r * attenuation
-        single[m] = level
-        single[TILE + m] = level * g1 + loss * y1
-        single[2 * TILE + m] = level * g2 + loss * (y2 + g1 * y1)
-        single[3 * TILE + m] = level * g3 + loss * (y3 + g1 * y2 + g2 * y1)
-        single[4 * TILE + m] = level * g4 + loss * (y4 + g1 * y3 + g2 * y2 + g3 * y1)
-        single[5 * TILE + m] = level * g5 + loss * (y5 + g1 * y4 + g2 * y3 + g3 * y2 + g4 * y1)
-        single[6 * TILE + m] = level * g6 + loss * (y6 + g1 * y5 + g2 * y4 + g3 * y3 + g4 * y2 + g5 * y1)
+        at_middle, loss = r * closer * (1 - attenuation * excess), r * attenuation
+        single[m] = at_middle
+        single[TILE + m] = at_middle * g1 + loss * y1
+        single[2 * TILE + m] = at_middle * g2 + loss * (y2 + g1 * y1)
+        single[3 * TILE + m] = at_middle * g3 + loss * (y3 + g1 * y2 + g2 * y1)
+        single[4 * TILE + m] = at_middle * g4 + loss * (y4 + g1 * y3 + g2 * y2 + g3 * y1)
+        single[5 * TILE + m] = at_middle * g5 + loss * (y5 + g1 * y4 + g2 * y3 + g3 * y2 + g4 * y1)
+        single[6 * TILE + m] = at_middle * g6 + loss * (y6 + g1 * y5 + g2 * y4 + g3 * y3 + g4 * y2 + g5 * y1)
         range_rate_change = range_acceleration - speed_square
         n0, n1, n2, n3 = (
             range_velocity,

@@ -49,16 +49,17 @@ from insonify.synthesis._waveform_basis_kernel import (
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 _PART = 32768
+"""Number of scatterers whose echoes are sorted together."""
 _TILE_CELLS = WINDOW - 2 * MARGIN - 1
-"""Largest difference of their cells at the array's centre, where they are gathered as moments."""
+"""Largest difference of the cells, at the array's centre, of echoes that are gathered as moments together."""
 _DENSE = 320
-"""Least number of echoes in so many cells that are."""
+"""Least number of echoes within `_TILE_CELLS` cells for which they are gathered as moments."""
 _ELEMENTS_AT_ONCE = 4
-"""Elements at which they are deposited together."""
+"""Number of elements at which the echoes of a tile are deposited together."""
 _SPIKES = _ELEMENTS_AT_ONCE * ROW
 _SHIFT = WIDTH / 2 - 1
 _FAR = 1e9
-"""Number of cells beyond which echoes are off the grid."""
+"""Magnitude of a position in cells beyond which an echo is off the grid; within it, positions fit an int32."""
 _FAST = {"contract", "nsz", "arcp"}  # no reassociation: the order of sums would follow from the cache
 
 
@@ -68,13 +69,13 @@ class SectorLimits(NamedTuple):
     max_delay_slope: float
     """Largest change of an echo's delay along half the array [s]."""
     curvature_phase: float
-    """Curvature phase: the phase at the array's ends is this over the delay [rad s]."""
+    """Curvature phase: the curved phase at the array's ends is this over the delay [rad s]."""
     max_residual_phase: float
-    """Largest deviation of the phase at its ends from that [rad]."""
+    """Largest deviation of the curved phase at the array's ends from that [rad]."""
     half_pulse: float
     """Half the duration of the received pulse [s]."""
     min_delay: float
-    """Least delay of an echo, longer than that [s]."""
+    """Least delay of an echo of the sector, longer than `half_pulse` [s]."""
 
 
 class ArraySector(NamedTuple):
@@ -95,20 +96,21 @@ class PairedLegs(NamedTuple):
     receive: ReceiveLegs
     """Receive legs."""
     strength: NDArray[Any]
-    """Strength of each scatterer for each pair, real or complex, (p, n)."""
+    """Strength of each scatterer for each pair, real or complex [m], (p, n)."""
 
 
 class _EchoOrder(NamedTuple):
     """Work arrays for the echoes of a part of the scatterers, in order of arrival."""
 
     echo: NDArray[np.int32]
-    """Pair of legs times `_PART`, plus the scatterer's index in the part, (pairs times `_PART`,)."""
+    """Code of each echo, in order of arrival: row of the pair of legs times `_PART`, plus the scatterer's index in the
+    part, (pairs times `_PART`,)."""
     unsorted_echo: NDArray[np.int32]
-    """The same, pair by pair, and one more."""
+    """Codes of the echoes pair by pair, (pairs times `_PART` + 1,)."""
     cell: NDArray[np.int32]
-    """Cell in which each arrives at the array's centre."""
+    """Cell in which each unsorted echo arrives at the array's centre."""
     starts: NDArray[np.int32]
-    """Number of echoes before each cell while they are sorted, then that up to its end."""
+    """Number of echoes before each cell while they are sorted; afterwards, of those before the next cell."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -119,17 +121,17 @@ def _sort_echoes(
     """Sort the echoes of a part of the scatterers by counting the echoes of each cell.
 
     Returns:
-        Number of echoes; first and last cell with any.
+        Number of echoes, first cell with echoes, last cell with echoes.
     """
     total, low, high, pair, strength = 0, last, 0, legs.pair, legs.strength
     first_time, cell_rate = reception.first_time, reception.cell_rate
     end = min(part_start + _PART, strength.shape[1])
-    outs, backs, gain_flags = flags
+    transmit_flags, receive_flags, gain_flags = flags
     for p in range(pair.shape[0]):
         i, j, row = pair[p]
         echo, key = order.unsorted_echo[total:], order.cell[total:]
         count = scatterers_with_echo(
-            0, strength[p, part_start:end], outs[i, part_start:end], backs[j, part_start:end],
+            0, strength[p, part_start:end], transmit_flags[i, part_start:end], receive_flags[j, part_start:end],
             gain_flags[row, part_start:end], echo,
         )  # fmt: skip
         transmit_delay, receive_delay = legs.transmit.delay[i, part_start:end], legs.receive.delay[j, part_start:end]
@@ -158,33 +160,35 @@ class _Echoes(NamedTuple):
     """Echoes of a tile as series of Chebyshev polynomials along the array, those of the sector first."""
 
     turns: Floats
-    """Turns of the carrier by the first three terms of the delay [cycles], by the first less whole ones, (3, tile)."""
+    """Cycles of the carrier by each of the first three terms of the delay, the first less whole cycles, (3, tile)."""
     cell: NDArray[np.int32]
     """Cell of the first term of the delay."""
     centre: Singles
-    """Its position in the cell [1], real and imaginary part of the weight, (3, tile)."""
+    """Position in that cell [1], real and imaginary part of the weight without carrier [uPa], (3, tile)."""
     series: Singles
-    """Turns by the terms after the third [cycles], spreading, coordinate in the basis, (3, terms, tile)."""
+    """Terms of three series: cycles of the carrier after the third term, spreading ratio [1], coordinate in the
+    waveform basis [1], (3, terms, tile)."""
 
 
 class _Spikes(NamedTuple):
     """Spikes of the echoes of a tile at some elements, one element after the other."""
 
     mixed: Singles
-    """Turns by the terms after the third [cycles], spreading, coordinate in the waveform basis, (3, spikes)."""
+    """Cycles of the carrier by the terms after the third, spreading ratio [1], coordinate in the waveform basis [1],
+    (3, spikes)."""
     turns: Singles
-    """Turns by the second and third term, and by the first three without whole ones [cycles], (2, tile)."""
+    """Cycles of the carrier by the second and third term; by the first three, less whole cycles, (2, tile)."""
     first_cell: NDArray[np.int32]
-    """First cell, -1 off the grid."""
+    """First cell; -1: off the grid, (spikes,)."""
     fraction: Singles
-    """Position between cells."""
+    """Position between cells [1], (spikes,)."""
     weight: Singles
-    """Weight, real and imaginary parts alternating."""
+    """Weight with carrier [uPa], real and imaginary parts alternating, (2 spikes,)."""
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _locate_centres(time: Floats, count: int, reception: Reception, echoes: _Echoes) -> None:
-    """Cells of times of arrival, positions in them, and turns of the carrier less whole ones."""
+    """Fill cells of times of arrival, positions in them, and cycles of the carrier less whole ones."""
     first_time, cell_rate, frequency = reception.first_time, reception.cell_rate, reception.frequency
     cell, fraction, turns = echoes.cell, echoes.centre[0], echoes.turns[0]
     for m in range(count):
@@ -205,13 +209,13 @@ def _fill_spikes(
 
     Args:
         polynomials: Second and third polynomial at the element.
-        pattern_gain: Gain of the element [1], for each echo; or empty: 1.
+        pattern_gain: Amplitude of the element towards each echo [1]; or empty: 1.
         last: One past the last cell in which a spike may start.
-        cells_per_cycle: Cells per cycle of the carrier.
+        cells_per_cycle: Cells per cycle of the carrier [1].
         coordinate: Factor and shift from coordinates of echoes to those in the channel's waveform basis.
         echoes: Echoes.
         spikes: Spikes, whose columns from the series are filled already.
-        rows: First echo, one past the last, and first spike of the element.
+        rows: First echo of the tile, one past the last, and index of the element's spike for echo 0 of the tile.
     """
     first, number, begin = np.uintp(rows[0]), rows[1] - rows[0], np.uintp(rows[2] + rows[0])
     second, third = polynomials
@@ -251,13 +255,13 @@ def _partition_by_sector(
     series: EchoSeries, count: int, frequency: float, centre_delay: Floats, limits: SectorLimits,
     change_of_coordinate: tuple[float, float], new_index: NDArray[np.int32],
 ) -> int:  # fmt: skip
-    """New index of each echo, those of the sector before the others; return their number.
+    """Number the echoes anew, those of the sector before the others; return the number of those of the sector.
 
     Args:
         series: Series of the echoes.
         count: Number of echoes.
         frequency: Carrier frequency [Hz].
-        centre_delay: Their delays at the array's centre [s], (count or more,).
+        centre_delay: Delays of the echoes at the array's centre [s], (count or more,).
         limits: Limits of the sector.
         change_of_coordinate: Factor and shift from coordinates in the waveform basis to those in that of the sector.
         new_index: Result: new index of each echo, (count or more,).
@@ -296,24 +300,25 @@ def _gather_echoes(
     """Gather the columns of some echoes at the array's centre.
 
     Args:
-        echo: Echoes as in `_EchoOrder`.
+        echo: Codes of the echoes, see `_EchoOrder.echo`, (count,).
         part_start: First scatterer of the part.
         legs: Legs of both ends, and strengths.
         single_pattern: True if all elements have the first pattern.
-        columns: Result: delay, curvature, its inverse, distance, direction, emission rate; (8, count or more).
-        source_weight: Result: weights, real and imaginary parts alternating, (2 count or more,).
+        columns: Result: delay, curvature, its inverse, distance, three of direction, transmit Doppler factor, in the
+            order and units of `ArrivalColumns`, (8, count or more).
+        source_weight: Result: weights without carrier [uPa], real and imaginary parts alternating, (2 count or more,).
     """
     pair, strength = legs.pair, legs.strength
-    delay_out, transmit_doppler, weight_out = legs.transmit
-    delay_back, curvature, distance, _, direction, weight_back, gain = legs.receive
+    transmit_delay, transmit_doppler, transmit_weight = legs.transmit
+    receive_delay, curvature, distance, _, direction, receive_weight, gain = legs.receive
     for k in range(echo.size):
         p, n = np.uintp(echo[k] // _PART), np.uintp(part_start + echo[k] % _PART)
         i, j = np.uintp(pair[p, 0]), np.uintp(pair[p, 1])
-        columns[0, k], columns[1, k] = delay_out[i, n] + delay_back[j, n], curvature[j, n]
+        columns[0, k], columns[1, k] = transmit_delay[i, n] + receive_delay[j, n], curvature[j, n]
         columns[3, k], columns[7, k] = distance[j, n], transmit_doppler[i, n]
         for axis in range(3):
             columns[4 + axis, k] = direction[j, n, axis]
-        weight = weight_out[0, i, n] * weight_back[j, n] * np.complex64(strength[p, n])
+        weight = transmit_weight[0, i, n] * receive_weight[j, n] * np.complex64(strength[p, n])
         if single_pattern:
             weight *= gain[np.uintp(pair[p, 2]), 0, n]
         source_weight[2 * k], source_weight[2 * k + 1] = weight.real, weight.imag
@@ -325,7 +330,7 @@ def _gather_echoes(
 def _gather_gains(
     echo: NDArray[np.int32], part_start: int, pair: Integers, receive_legs: ReceiveLegs, pattern: int, gain: Singles
 ) -> None:
-    """Gains of some echoes by one receive pattern; -1 is a dead element."""
+    """Fill the amplitude of one receive pattern (-1: a dead element) towards some echoes [1]."""
     for k in range(echo.size):
         p, n = echo[k] // _PART, part_start + echo[k] % _PART
         gain[k] = receive_legs.gain[pair[p, 2], pattern, n] if pattern >= 0 else np.float32(0)
@@ -335,7 +340,7 @@ def _gather_gains(
 def _gather_expansion(
     echo: NDArray[np.int32], part_start: int, pair: Integers, receive_legs: ReceiveLegs, expansion: Floats
 ) -> None:
-    """Deviations of some echoes from spherical wavefronts, (terms, count or more); no terms in homogeneous water."""
+    """Fill deviations of some echoes from spherical wavefronts, (terms, count or more); without terms, none."""
     for k in range(echo.size if expansion.shape[0] > 0 else 0):
         p, n = echo[k] // _PART, part_start + echo[k] % _PART
         for t in range(expansion.shape[0]):
@@ -348,11 +353,11 @@ def _partition_series(
     sector: tuple[SectorLimits, tuple[float, float]], centre_delay: Floats, work: tuple[_Echoes, NDArray[np.int32]],
     echoes: _Echoes,
 ) -> int:  # fmt: skip
-    """Move the series of the echoes of the sector before the others; return their number.
+    """Move the series of the echoes of the sector before those of others; return the number of echoes of the sector.
 
     Args:
         series: Series of the echoes in order of arrival.
-        source_weight: Weights, real and imaginary parts alternating.
+        source_weight: Weights without carrier [uPa], real and imaginary parts alternating.
         count: Number of echoes.
         reception: Time grid, carrier and water.
         sector: Limits of the sector, and factor and shift from coordinates in the waveform basis to those in its own.
@@ -389,7 +394,7 @@ def _partition_series(
 def _fill_at_element(
     series: EchoSeries, source_weight: Singles, count: int, reception: Reception, echoes: _Echoes, mixed: Singles
 ) -> None:
-    """Echoes at one element that is a node of its own, whose values are in the first row."""
+    """Fill echoes at one element that is a node of its own; its values are in the first row of the node values."""
     _locate_centres(series.node_time[0], count, reception, echoes)
     mixed[0] = 0
     for m in range(count):
@@ -399,7 +404,7 @@ def _fill_at_element(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _echo_buffer(terms: int) -> _Echoes:
-    """Work arrays for series of so many terms."""
+    """Work arrays for series of a number of terms."""
     return _Echoes(
         np.zeros((3, ROW)), np.zeros(ROW, np.int32), np.zeros((3, ROW), np.float32),
         np.zeros((3, terms, ROW), np.float32),
@@ -430,7 +435,7 @@ def _deposit_spikes(
         share: Work array for more than four waveforms.
         spikes: The spikes.
         channels: First channel, and number of channels.
-        echoes: First echo, and number of echoes.
+        echoes: First echo of the tile, and number of echoes.
     """
     first, count = echoes
     batch = slice(first, _SPIKES)
@@ -464,8 +469,8 @@ def deposit_on_elements(
     """Deposit the echoes of one block by all pairs of legs on the cells of all elements of an array.
 
     Args:
-        cells: Grids of pressure of the elements, (elements, groups, cells, waveforms of a group).
-        point_cells: Those of the interpolation points of the sector, likewise.
+        cells: Grids of pressure of the elements [uPa], (elements, groups, cells, waveforms of a group).
+        point_cells: Grids of the sector's interpolation points [uPa], (points, groups, cells, waveforms of a group).
         legs: Legs of both ends, and strengths.
         receive_beams: The elements, each with its own channel.
         nodes: Nodes at which echoes are evaluated.

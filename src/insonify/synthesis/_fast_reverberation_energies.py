@@ -23,9 +23,11 @@ class MovingArray(NamedTuple):
     """Orientation and displacement of an array by delay."""
 
     axes: Floats
-    """Axes of `Beams`, with their first and second order in the one-way delay where it rotates, (1 or 3, 3, 3)."""
+    """Axes of `Beams` [1]; where the array rotates, also their coefficients of first [1/s] and second order [1/s^2] in
+    the one-way delay, (1 or 3, 3, 3)."""
     displacement: Floats
-    """Displacement of the array per path length, and its growth per second of delay, (2, 3)."""
+    """Displacement of the array until reception re the one-way path length [1], and its growth per second of one-way
+    delay [1/s]: north, east, down, (2, 3)."""
     is_moving: bool
     """True if the array moves or rotates."""
     is_rotating: bool
@@ -38,9 +40,9 @@ class WeightedSamples(NamedTuple):
     delay: Floats
     """One-way delay of each leg [s], (f, n)."""
     transmit_weights: NDArray[np.float32]
-    """Amplitude of each leg times the gain of the transmit beam [1], (f, n)."""
+    """Amplitude of each leg times that of the transmit beam towards it [1], (f, n)."""
     receive_weights: NDArray[np.float32]
-    """Amplitude of each leg times the gain of the receive beam [1], (f, n)."""
+    """Amplitude of each leg times that of the receive beam towards it [1], (f, n)."""
     pair: NDArray[np.int64]
     """Rows of two legs, the first not above the second, (p, 2)."""
     point_count: NDArray[np.int64]
@@ -54,23 +56,23 @@ class WeightedSamples(NamedTuple):
     interference_factor: float
     """Mean product of two replicas re that without jitter [1]."""
     independent_energy: float
-    """Energy of each replica that does not interfere [1]."""
+    """Part of the energy of each replica that does not interfere, re that without jitter [1]."""
 
 
 class DelayCells(NamedTuple):
     """Cells by delay, to which kernels add in place."""
 
     cells: NDArray[Any]
-    """Energies, float64, (cells,); or moments of positions, float32, (any, MOMENTS) or (p, any, MOMENTS)."""
+    """Energies [uPa^2], float64, (cells,); or moments of positions, float32, (any, MOMENTS) or (p, any, MOMENTS)."""
     first_time: float
-    """Delay of the first cell [s]."""
+    """Two-way delay of the first cell [s]."""
     rate: float
     """Cells per second [Hz]."""
 
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy", fastmath={"contract"})
 def _rotated_component(axes: Floats, row: int, t: float, x: float, y: float, z: float) -> float:
-    """Direction cosine along one of the moving axes at a given delay [1]."""
+    """Component of a direction (x, y, z) along row `row` of the rotating axes at one-way delay t [s] [1]."""
     north = axes[0, row, 0] + t * (axes[1, row, 0] + t * axes[2, row, 0])
     east = axes[0, row, 1] + t * (axes[1, row, 1] + t * axes[2, row, 1])
     down = axes[0, row, 2] + t * (axes[1, row, 2] + t * axes[2, row, 2])
@@ -82,7 +84,7 @@ def leg_amplitudes(
     departure: NDArray[np.float32], amplitude: NDArray[np.complex64], delay: Floats, beams: BeamTables,
     array: MovingArray, out: NDArray[np.float32],
 ) -> None:  # fmt: skip
-    """Magnitude of all legs times the gain of one beam, as in `insonify.sonar.beam_kernels.beam_gains`.
+    """Magnitude of all legs times the amplitude of one beam, as in `insonify.sonar.beam_kernels.beam_gains`.
 
     Args:
         departure: Unit vectors in the world [1], (f, 3, n).
@@ -104,8 +106,8 @@ def leg_amplitudes(
             depth = departure[f, 2, begin : begin + m]
             _turn_to_array(array, delay[f, begin : begin + m], north, east, depth, forward, right, below)
             for k in range(m):
-                size = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
-                gain[k] = size * scale[0] * element_gain(element, forward[k])
+                magnitude = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
+                gain[k] = magnitude * scale[0] * element_gain(element, forward[k])
             multiply_by_pattern(across, per_unit[0], steer[0, 0], right[:m], gain, first, fraction)
             multiply_by_pattern(down, per_unit[1], steer[0, 1], below[:m], gain, first, fraction)
             multiply_by_pattern(piston_across, per_unit[2], 0.0, right[:m], gain, first, fraction)
@@ -127,9 +129,9 @@ def _turn_to_array(
         north: North component of each direction [1], (m,).
         east: East component [1], (m,).
         down: Down component [1], (m,).
-        forward: Result, component along the first axis [1], (at least m,).
-        right: Result, along the second [1], (at least m,).
-        below: Result, along the third [1], (at least m,).
+        forward: Result: component along the first axis, the boresight [1], (at least m,).
+        right: Result: component along the second axis, to the right [1], (at least m,).
+        below: Result: component along the third axis, downwards [1], (at least m,).
     """
     axes, displacement, is_moving, is_rotating = array
     for k in range(0 if is_moving else delay.size):
@@ -145,8 +147,8 @@ def _turn_to_array(
         a = x * axes[0, 0, 0] + y * axes[0, 0, 1] + z * axes[0, 0, 2]
         r = x * axes[0, 1, 0] + y * axes[0, 1, 1] + z * axes[0, 1, 2]
         b = x * axes[0, 2, 0] + y * axes[0, 2, 1] + z * axes[0, 2, 2]
-        size = 1 / math.sqrt(a * a + r * r + b * b)
-        forward[k], right[k], below[k] = a * size, r * size, b * size
+        inverse_norm = 1 / math.sqrt(a * a + r * r + b * b)
+        forward[k], right[k], below[k] = a * inverse_norm, r * inverse_norm, b * inverse_norm
     for k in range(delay.size if is_rotating else 0):
         t = delay[k]
         x = np.float64(north[k]) - displacement[0, 0] - t * displacement[1, 0]
@@ -154,8 +156,8 @@ def _turn_to_array(
         z = np.float64(down[k]) - displacement[0, 2] - t * displacement[1, 2]
         a, r = _rotated_component(axes, 0, t, x, y, z), _rotated_component(axes, 1, t, x, y, z)
         b = _rotated_component(axes, 2, t, x, y, z)
-        size = 1 / math.sqrt(a * a + r * r + b * b)
-        forward[k], right[k], below[k] = a * size, r * size, b * size
+        inverse_norm = 1 / math.sqrt(a * a + r * r + b * b)
+        forward[k], right[k], below[k] = a * inverse_norm, r * inverse_norm, b * inverse_norm
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -224,7 +226,7 @@ def deposit_interference(
         frequency: Carrier frequency [Hz].
         autocorrelation: Autocorrelation of the pulse at lags from 0 on, 1 at 0 [1], (lags,).
         lag_rate: Lags per second [Hz].
-        energies: Energy grid of one channel, added to in place.
+        energies: Energy grid of one channel [uPa^2], added to in place.
     """
     delay, transmit_weights, receive_weights, pair = samples[:4]
     count, rows, cross_section, source_pressure = samples[4:8]
@@ -243,12 +245,12 @@ def deposit_interference(
                 if next_row[p] == count[p] or rows[p, next_row[p]] != n:
                     continue
                 i, j = pair[p, 0], pair[p, 1]
-                gain = np.float64(transmit_weights[i, n]) * receive_weights[j, n] + (
+                two_way = np.float64(transmit_weights[i, n]) * receive_weights[j, n] + (
                     np.float64(transmit_weights[j, n]) * receive_weights[i, n] if i != j else 0.0
                 )
                 product = amplitude[i, n] * amplitude[j, n]
-                root = source_pressure * math.sqrt(cross_section[p, next_row[p]]) * gain / max(abs(product), 1e-30)
-                tau[m], real[m], imag[m] = delay[i, n] + delay[j, n], root * product.real, root * product.imag
+                scale = source_pressure * math.sqrt(cross_section[p, next_row[p]]) * two_way / max(abs(product), 1e-30)
+                tau[m], real[m], imag[m] = delay[i, n] + delay[j, n], scale * product.real, scale * product.imag
                 next_row[p] += 1
                 m += 1
             for p in range(m):
@@ -273,7 +275,10 @@ def _overlap(
     real: Floats, imag: Floats, p: int, q: int, lag: float, autocorrelation: NDArray[np.complex64], rate: float,
     frequency: float,
 ) -> float:  # fmt: skip
-    """Real part of the overlap of arrivals p and q, q later by `lag` [s]; arguments as in `deposit_interference`."""
+    """Real part of the overlap of arrivals p and q, q later by `lag` [s], with the phase of the carrier [uPa^2].
+
+    Other arguments are those of `deposit_interference`; `real` and `imag` are pressures of arrivals [uPa].
+    """
     if lag < 0:
         p, q, lag = q, p, -lag
     position = lag * rate

@@ -16,6 +16,7 @@ from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH
 from insonify.synthesis._simd_gridding import add_complex_spike, add_real_spike
 
 _BLOCK = 512
+"""Number of spikes that go through both passes together."""
 _SHIFT = WIDTH / 2 - 1
 _FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": NaN delays must be detected
 
@@ -58,16 +59,16 @@ def deposit_pressure(
         first_time: Time of the first cell [s].
         cell_rate: Cells per second [Hz].
         delay: Delay of each echo [s], shape (n,).
-        weight: Complex weight of each echo, carrier phase included, shape (n,).
+        weight: Complex weight of each echo, carrier phase included [uPa], shape (n,).
     """
     last = cells.size - CELLS_PER_SPIKE
     flat = cells.view(np.float32)
     first_cell, fraction = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
     for begin in range(0, delay.size, _BLOCK):
         # Slices, not begin + i: an index that starts at zero lets the compiler vectorise over spikes.
-        tau, source = delay[begin : begin + _BLOCK], weight[begin : begin + _BLOCK]
+        tau, block_weight = delay[begin : begin + _BLOCK], weight[begin : begin + _BLOCK]
         _locate(tau, first_time, cell_rate, last, first_cell, fraction)
-        _deposit(flat, first_cell, fraction, source.view(np.float32), tau.size)
+        _deposit(flat, first_cell, fraction, block_weight.view(np.float32), tau.size)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -75,14 +76,14 @@ def deposit_energy(
     cells: NDArray[np.float64], first_time: float, cell_rate: float, delay: NDArray[np.float64],
     energy: NDArray[np.float64],
 ) -> None:  # fmt: skip
-    """Energies of echoes that do not interfere, added to the cells of the energy grid.
+    """Deposit energies of echoes that do not interfere on the cells of the energy grid.
 
     Args:
         cells: Energy grid of one channel, added to in place, shape (cell_count,).
         first_time: Time of the first cell [s].
         cell_rate: Cells per second of the energy grid [Hz].
         delay: Delay of each echo [s], shape (n,).
-        energy: Mean-square weight of each echo, shape (n,).
+        energy: Energy (mean-square weight) of each echo [uPa^2], shape (n,).
     """
     last = cells.size - CELLS_PER_SPIKE
     first_cell, fraction = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
@@ -98,7 +99,7 @@ def deposit_energy(
 def add_to_adjacent_rows(
     cells: NDArray[np.float32], row: float, first_cell: int, fraction: float, energy: float
 ) -> None:  # fmt: skip
-    """Share an energy among the two rows adjacent to its own, which has a fraction."""
+    """Share an energy between the two rows adjacent to a fractional row, linearly."""
     k = min(max(int(row), 0), cells.shape[0] - 2)
     part = row - k
     add_real_spike(cells[k], first_cell, fraction, energy * (1 - part))
@@ -110,14 +111,14 @@ def deposit_energy_on_rows(
     cells: NDArray[np.float32], first_time: float, cell_rate: float, delay: NDArray[np.float64],
     energy: NDArray[np.float64], row: NDArray[np.float64],
 ) -> None:  # fmt: skip
-    """Energies of echoes from many directions, each shared among the two rows beside its own.
+    """Deposit energies of echoes from many directions, each shared between the two rows adjacent to its own.
 
     Args:
         cells: Energy grids of the rows, added to in place, shape (rows, cell_count).
         first_time: Time of the first cell [s].
         cell_rate: Cells per second of the energy grid [Hz].
         delay: Delay of each echo [s], shape (n,).
-        energy: Mean-square weight of each echo, shape (n,).
+        energy: Energy (mean-square weight) of each echo [uPa^2], shape (n,).
         row: Row of each echo, with fraction, shape (n,).
     """
     last = cells.shape[1] - CELLS_PER_SPIKE

@@ -16,9 +16,10 @@ WIDTH = 7
 DEGREE = 5
 """Degree of the polynomial of each cell."""
 SHAPE = 2.36 * WIDTH
-"""beta: least error over the flat four fifths of the output band with a cosine-squared roll-off beyond."""
+"""beta of the kernel, with the least error over the flat four fifths of the output band, whose filter has a
+cosine-squared roll-off beyond."""
 CELLS_PER_SPIKE = 8
-"""Cells a kernel may write to from the first one on: the width, padded with zeros to vector lanes."""
+"""Number of cells from the first one on to which a kernel may write: the width, padded with zeros to vector lanes."""
 
 
 def tap_coefficients() -> NDArray[np.float32]:

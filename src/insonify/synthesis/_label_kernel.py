@@ -26,7 +26,8 @@ class PoweredLegs(NamedTuple):
     delay: Floats
     """One-way delay [s], (f, n)."""
     power: Floats
-    """Power of each leg, in each beam or in one for all, the beam included, (beams, f, n)."""
+    """Squared amplitude of each leg times that of each beam (or of one for all) towards it, (beams, f, n): [uPa^2] of
+    transmit legs, [1] of receive legs."""
     grazing: Floats
     """Grazing angle at the point [rad], (f, n)."""
 
@@ -36,14 +37,14 @@ def deposit_label_positions(
     grid: DelayCells, transmit: PoweredLegs, receive: PoweredLegs, pair: NDArray[np.int64], strength: Floats,
     scatterer_position: Floats, receiver: Floats,
 ) -> None:  # fmt: skip
-    """Add energy, and energy times position, of every path to the two bins beside its delay.
+    """Add energy [uPa^2], and energy times position, of every path to the two bins about its delay.
 
     Args:
         grid: Bins, (channels, bins, MOMENTS).
         transmit: Transmit legs.
         receive: Receive legs.
         pair: Rows of the transmit and the receive leg, (p, 2).
-        strength: Pressure scattered re incident [m], (p, n).
+        strength: Magnitude of the pressure scattered to 1 m re incident [m], (p, n).
         scatterer_position: North, east, depth of each point [m], (n, 3).
         receiver: North, east, depth of the receiver [m], (3,).
     """
@@ -63,8 +64,8 @@ def deposit_label_positions(
             fraction = position - k
             moments[4] = (abs(transmit.grazing[i, n]) + abs(receive.grazing[j, n])) / 2
             for channel in range(bins.shape[0]):
-                sent = transmit.power[channel % transmit.power.shape[0], i, n]
-                energy = sent * receive.power[channel % receive.power.shape[0], j, n] * strength[p, n] ** 2
+                incident = transmit.power[channel % transmit.power.shape[0], i, n]
+                energy = incident * receive.power[channel % receive.power.shape[0], j, n] * strength[p, n] ** 2
                 if energy > 0:
                     for m in range(MOMENTS):
                         bins[channel, k, m] += (1 - fraction) * energy * moments[m]
@@ -83,11 +84,11 @@ class LabelledPoints(NamedTuple):
     grazing: Floats
     """Grazing angle at the point [rad], (f, n)."""
     strength: Floats
-    """Pressure that p pairs scatter re incident [m], (p, n)."""
+    """Magnitude of the pressure that p pairs scatter to 1 m re incident [m], (p, n)."""
     position: Floats
     """Position: north, east, depth [m], (n, 3)."""
     row: Floats
-    """Row of sums of each receive leg, with fraction, (f, n)."""
+    """Row of directions of each receive leg, with fraction, (f, n); 0 where there is one row."""
 
 
 class LabelGrid(NamedTuple):
@@ -102,24 +103,26 @@ class LabelGrid(NamedTuple):
     bin_rate: float
     """Bins per second [Hz]."""
     row_phase: float
-    """Pi wavelengths of the receive aperture per row: its sinc is the mean product of gains one row apart [rad]."""
-    is_fine: bool
-    """True: cells hold all energies, to be transformed; False: cells are bins too, and hold what bins do not."""
+    """Phase x of which sin(x) / x is the mean product of gains one row apart: pi times the aperture [wavelengths] times
+    the spacing of rows [rad]; 0: one row."""
+    uses_energy_grid: bool
+    """True: cells are those of the energy grid and hold all energies; False: they have the delays of the bins, and hold
+    interference only."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _deposit_energy(cells: Floats, p: int, grid: LabelGrid, row: float, delay: float, energy: float) -> None:
-    """Add one energy to the cells about its delay, of the adjacent rows; fine ones as `_gridding.deposit_energy`."""
+    """Add one energy to the cells about its delay in the two adjacent rows; on the energy grid as `deposit_energy`."""
     first = math.floor(row)
     part = row - first
-    if grid.is_fine:
+    if grid.uses_energy_grid:
         position = (delay - grid.first_time) * grid.rate - _SHIFT
         if position >= 0.0 and position < cells.shape[2] - CELLS_PER_SPIKE:
             cell = math.floor(position)
-            late = np.float64(np.float32(position - cell - 0.5))
-            add_real_spike(cells[first, p], np.intp(cell), late, (1.0 - part) * energy)
+            fraction_in_cell = np.float64(np.float32(position - cell - 0.5))
+            add_real_spike(cells[first, p], np.intp(cell), fraction_in_cell, (1.0 - part) * energy)
             if part > 0.0:
-                add_real_spike(cells[first + 1, p], np.intp(cell), late, part * energy)
+                add_real_spike(cells[first + 1, p], np.intp(cell), fraction_in_cell, part * energy)
         return
     position = (delay - grid.start) * grid.bin_rate
     if position >= 0.0 and position < cells.shape[2] - 1:
@@ -136,7 +139,17 @@ def _deposit_position(
     bins: Singles, grid: LabelGrid, row: float, delay: float, energy: float, offset: tuple[float, float, float],
     grazing: float,
 ) -> None:  # fmt: skip
-    """Add one energy, and energy times position, to the two bins about its delay, of the adjacent rows."""
+    """Add one energy, and energy times position, to the two bins about its delay in the two adjacent rows.
+
+    Args:
+        bins: Bins, (rows, bins, MOMENTS).
+        grid: Delays of the bins.
+        row: Row of the arrival, with fraction.
+        delay: Two-way delay [s].
+        energy: Energy [uPa^2].
+        offset: North, east, depth of the scatterer re the receiver [m].
+        grazing: Mean grazing angle of both legs [rad].
+    """
     position = (delay - grid.start) * grid.bin_rate
     if not (energy > 0 and 0 <= position < bins.shape[1] - 1):
         return
@@ -145,12 +158,12 @@ def _deposit_position(
     for r, whole in ((first, (1.0 - part) * energy), (first + 1, part * energy)):
         if whole > 0.0:
             for bin_number, share in ((k, (1 - fraction) * whole), (k + 1, fraction * whole)):
-                one = bins[r, bin_number]
-                one[0] += share
-                one[1] += share * offset[0]
-                one[2] += share * offset[1]
-                one[3] += share * offset[2]
-                one[4] += share * grazing
+                moments = bins[r, bin_number]
+                moments[0] += share
+                moments[1] += share * offset[0]
+                moments[2] += share * offset[1]
+                moments[3] += share * offset[2]
+                moments[4] += share * grazing
 
 
 class PulseOverlap(NamedTuple):
@@ -159,14 +172,14 @@ class PulseOverlap(NamedTuple):
     support: float
     """Lag beyond which replicas do not interfere [s]."""
     autocorrelation: NDArray[np.complex64]
-    """Autocorrelation of the pulse at lags from 0 on, 1 at 0 [1], (lags,); empty for a pulse that is no short one."""
+    """Autocorrelation of the pulse at lags from 0 on, 1 at 0 [1], (lags,); empty for a long pulse."""
     lag_rate: float
     """Lags per second [Hz]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _interference(overlap: PulseOverlap, early: complex, late: complex, lag: float) -> float:
-    """Energy that two replicas have together beyond their own, of which the later one follows by a lag."""
+    """Energy of two interfering replicas beyond the sum of their own [uPa^2], given their weights [uPa] and lag [s]."""
     position = lag * overlap.lag_rate
     cell = min(int(position), overlap.autocorrelation.size - 2)
     low, high = overlap.autocorrelation[cell], overlap.autocorrelation[cell + 1]
@@ -197,14 +210,16 @@ def deposit_labels(
         bins: Energies and positions, added to in place, (rows, p, bins, MOMENTS).
 
     Returns:
-        Of replicas left to a coherent sum: the first row of each group (and the end), delay [s], weight.
+        First of the replicas of each group that is left to a coherent sum, and one past the last, (groups + 1,).
+        Delay of each of these replicas [s].
+        Weight of each of these replicas [uPa].
     """
     count, point_count, is_short = pair.shape[0], points.delay.shape[1], overlap.autocorrelation.size > 0
     tau, w, interferes = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.bool_)
     row = np.empty(count)
     capacity = 0 if is_short or count < 2 else count * point_count
     first, delays, weight = np.zeros(capacity + 1, np.int64), np.empty(capacity), np.empty(capacity, np.complex128)
-    groups, filled = 0, 0
+    groups, filled = 0, 0  # numbers of groups and of replicas so far
     for n in range(point_count):
         m = 0
         position = points.position[n]
@@ -213,23 +228,25 @@ def deposit_labels(
             i, j, strength = pair[p, 0], pair[p, 1], points.strength[p, n]
             forward = points.transmit_weight[i, n] * points.receive_weight[j, n] * strength
             backward = points.transmit_weight[j, n] * points.receive_weight[i, n] * strength if i != j else 0j
-            there, back = forward.real**2 + forward.imag**2, backward.real**2 + backward.imag**2
-            if there + back == 0:
+            forward_energy, backward_energy = forward.real**2 + forward.imag**2, backward.real**2 + backward.imag**2
+            if forward_energy + backward_energy == 0:
                 continue
             delay, value = points.delay[i, n] + points.delay[j, n], forward + backward
             grazing = (abs(points.grazing[i, n]) + abs(points.grazing[j, n])) / 2
-            one, other = points.row[j, n], points.row[i, n]
-            tau[m], w[m], row[m], interferes[m] = delay, value, 0.5 * (one + other), False
-            excess = 2.0 * (forward * np.conj(backward)).real * mean_gain_product(grid.row_phase, one - other)
-            if one == other:
-                _deposit_position(bins[:, p], grid, one, delay, there + back, offset, grazing)
-                if grid.is_fine:
-                    excess += there + back
+            forward_row, backward_row = points.row[j, n], points.row[i, n]
+            tau[m], w[m], row[m], interferes[m] = delay, value, 0.5 * (forward_row + backward_row), False
+            excess = 2.0 * (forward * np.conj(backward)).real
+            excess *= mean_gain_product(grid.row_phase, forward_row - backward_row)
+            if forward_row == backward_row:
+                pair_energy = forward_energy + backward_energy
+                _deposit_position(bins[:, p], grid, forward_row, delay, pair_energy, offset, grazing)
+                if grid.uses_energy_grid:
+                    excess += pair_energy
             else:
-                for at, energy in ((one, there), (other, back)):
-                    _deposit_position(bins[:, p], grid, at, delay, energy, offset, grazing)
-                    if grid.is_fine:
-                        _deposit_energy(cells, pair_row[p], grid, at, delay, energy)
+                for own_row, energy in ((forward_row, forward_energy), (backward_row, backward_energy)):
+                    _deposit_position(bins[:, p], grid, own_row, delay, energy, offset, grazing)
+                    if grid.uses_energy_grid:
+                        _deposit_energy(cells, pair_row[p], grid, own_row, delay, energy)
             if pair_row[p] >= 0:
                 _deposit_energy(cells, pair_row[p], grid, row[m], delay, excess)
             for k in range(m):

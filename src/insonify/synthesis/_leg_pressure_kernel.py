@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 @njit(cache=True, nogil=True, error_model="numpy")
 def transmitted_pressure(
     amplitude: NDArray[np.complex128], amplitude_factor: Floats, phase: NDArray[np.complex128], source_pressure: float,
-    lost: Floats, beams: Floats, transmitted: NDArray[np.complex64],
+    extra_ratio: Floats, beam_gain: Floats, transmitted: NDArray[np.complex64],
 ) -> None:  # fmt: skip
     """Pressure at the scatterers by each transmit beam, with the phase of the scatterer.
 
@@ -20,13 +20,14 @@ def transmitted_pressure(
         amplitude_factor: Pressure ratio by the transmitter's motion [1], (f, n).
         phase: Phasors of the scatterers [1], (n,).
         source_pressure: Pressure at 1 m [uPa].
-        lost: Further pressure ratio at this frequency [1], (f, n); or (0, 0): 1.
-        beams: Gain of each beam along the legs [1], (beams, f, n).
+        extra_ratio: Further pressure ratio, by absorption at this frequency re the carrier [1], (f, n); (0, 0): 1.
+        beam_gain: Amplitude of each beam towards the legs [1], (beams, f, n).
         transmitted: Result [uPa], (beams, f, n).
     """
-    no_loss = lost.size == 0
-    for beam in range(beams.shape[0]):
+    has_no_ratio = extra_ratio.size == 0
+    for beam in range(beam_gain.shape[0]):
         for f in range(amplitude.shape[0]):
             for n in range(amplitude.shape[1]):
-                size = source_pressure * amplitude_factor[f, n] * beams[beam, f, n] * (1.0 if no_loss else lost[f, n])
-                transmitted[beam, f, n] = amplitude[f, n] * phase[n] * size
+                ratio = 1.0 if has_no_ratio else extra_ratio[f, n]
+                factor = source_pressure * amplitude_factor[f, n] * beam_gain[beam, f, n] * ratio
+                transmitted[beam, f, n] = amplitude[f, n] * phase[n] * factor

@@ -1,4 +1,4 @@
-"""Kernel that mixes independent noises into correlated ones: a lower triangle times rows of samples.
+"""Kernel that mixes independent noises into correlated ones: a lower triangular matrix times rows of samples.
 
 The order of summation is the same for any number of threads, which a library's matrix product does not guarantee.
 """
@@ -18,15 +18,15 @@ BLOCK = 1024
 def mix_noise(
     lower_real: Reals, lower_imag: Reals, white_real: Reals, white_imag: Reals, out_real: Reals, out_imag: Reals
 ) -> None:
-    """Product of a complex lower triangle and complex rows, given as real and imaginary parts.
+    """Add the product of a complex lower triangular matrix and complex rows, given as real and imaginary parts.
 
     Args:
-        lower_real: Real part of the triangle, shape (n, n).
-        lower_imag: Its imaginary part, shape (n, n).
-        white_real: Real part of the rows, shape (n, count).
-        white_imag: Their imaginary part, shape (n, count).
-        out_real: Result, real part, zeros before, shape (n, count).
-        out_imag: Result, imaginary part, zeros before, shape (n, count).
+        lower_real: Real part of the matrix [1], shape (n, n).
+        lower_imag: Imaginary part of the matrix [1], shape (n, n).
+        white_real: Real part of the independent noises [uPa], shape (n, count).
+        white_imag: Imaginary part of the independent noises [uPa], shape (n, count).
+        out_real: Real part of the correlated noises [uPa], added to, shape (n, count).
+        out_imag: Imaginary part of the correlated noises [uPa], added to, shape (n, count).
     """
     channels, count = white_real.shape
     for begin in range(0, count, BLOCK):

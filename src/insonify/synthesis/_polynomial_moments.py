@@ -29,36 +29,36 @@ Singles = NDArray[np.float32]
 WINDOW = 64
 """Number of cells in the window, a power of 2: it is a ring, so that cells stay where they are while it moves."""
 MARGIN = 16
-"""Number of them before the current cell at the array's centre."""
+"""Number of cells of the window before the current cell at the array's centre."""
 _VECTORS = 0, moment_vectors(1), moment_vectors(2), 0, moment_vectors(4)
 """Vectors of 8 numbers in the moments of a cell, by its number of waveforms."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def empty_window(elements: int, lanes: int) -> Singles:
-    """Empty window: moments of the cells of all elements."""
+    """Empty window: moments of the cells of all elements, for grids of `lanes` (1, 2 or 4) waveforms."""
     return np.zeros(elements * WINDOW * 8 * _VECTORS[lanes], np.float32)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gather_moments(
     cells: NDArray[np.complex64], moments: Singles, window_start: int, first_element: int, elements: int,
-    channel_stride: int,
+    element_stride: int,
     first_cell: NDArray[np.int32], fraction: Singles, weight: Singles, x: Singles, basis: BasisWeights, count: int,
 ) -> None:  # fmt: skip
     """Add the spikes of some echoes at each element to the moments, or to the grids where they are off the window.
 
     Args:
-        cells: Grids of pressure, (elements or more, 1, cells, waveforms).
+        cells: Grids of pressure [uPa], (elements or more, 1, cells, waveforms).
         moments: Window from `empty_window`.
         window_start: First cell of the window.
         first_element: First element that receives these spikes.
         elements: Number of such elements.
-        channel_stride: Spikes from one element to the next, `count` or more.
-        first_cell: First cell of each spike, -1 where it is off the grid.
-        fraction: Position of each spike between cells.
-        weight: Weight of each spike, real and imaginary parts alternating.
-        x: Coordinate of each spike in the waveform basis.
+        element_stride: Number of spikes from one element to the next, `count` or more.
+        first_cell: First cell of each spike, -1 where it is off the grid, (spikes,).
+        fraction: Position of each spike between cells [1], (spikes,).
+        weight: Weight of each spike [uPa], real and imaginary parts alternating, (2 spikes,).
+        x: Coordinate of each spike in the waveform basis [1], (spikes,).
         basis: Waveform basis.
         count: Number of echoes.
     """
@@ -66,7 +66,7 @@ def gather_moments(
     lanes = cells.shape[3]
     for i in range(count):
         for e in range(elements):
-            k = np.uintp(e * channel_stride + i)
+            k = np.uintp(e * element_stride + i)
             cell = np.intp(first_cell[k])
             if np.uintp(cell - window_start) < WINDOW:
                 cell = (cell & (WINDOW - 1)) + (first_element + e) * WINDOW
@@ -91,10 +91,10 @@ def deposit_moments(cells: NDArray[np.complex64], moments: Singles, start: int, 
     """Deposit the moments of some cells of a window on the grids, and clear them.
 
     Args:
-        cells: Grids of pressure, (elements or more, 1, cells, waveforms).
+        cells: Grids of pressure [uPa], (elements or more, 1, cells, waveforms).
         moments: Window from `empty_window`.
-        start: First of these cells.
-        stop: One past the last.
+        start: First of these cells, as an index of the grid.
+        stop: One past the last of these cells.
         elements: Number of elements.
     """
     flat, row, lanes = cells.reshape(-1).view(np.float32), cells.shape[2], cells.shape[3]

@@ -23,7 +23,7 @@ MIN_RUN_SAMPLES = 32
 
 
 class SamplePositions(NamedTuple):
-    """Mean positions of the echoes in each sample."""
+    """Mean positions of the echoes in each sample, weighted by energy."""
 
     position: Floats
     """North, east, depth [m], (channels, samples, 3)."""
@@ -38,13 +38,13 @@ def deposit_positions(
     grid: DelayCells, delay: Floats, energy: Floats, points: Integers, position: Floats, transmit_grazing: Singles,
     receive_grazing: Singles, receiver: Floats,
 ) -> None:  # fmt: skip
-    """Add energies, and energies times positions, to the two bins beside each delay.
+    """Add energies, and energies times positions, to the two bins about each delay.
 
     Args:
         grid: Bins, (bins, MOMENTS).
         delay: Two-way delay [s], (m,).
         energy: Energies [uPa^2], (m,).
-        points: Index of the point of each, (m,).
+        points: Index of the point of each energy, (m,).
         position: North, east, depth of the points [m], (3, n).
         transmit_grazing: Grazing angle of the transmit legs at the points [rad], (n,).
         receive_grazing: Grazing angle of the receive legs at the points [rad], (n,).
@@ -59,18 +59,18 @@ def deposit_positions(
         n, b = points[k], np.uintp(at)
         north, east = np.float32(position[0, n] - receiver[0]), np.float32(position[1, n] - receiver[1])
         down, grazing = np.float32(position[2, n] - receiver[2]), half * (transmit_grazing[n] + receive_grazing[n])
-        part = (at - b) * energy[k]
-        one, two, less, more = b, b + np.uintp(1), np.float32(energy[k] - part), np.float32(part)
-        bins[one, 0] += less
-        bins[one, 1] += less * north
-        bins[one, 2] += less * east
-        bins[one, 3] += less * down
-        bins[one, 4] += less * grazing
-        bins[two, 0] += more
-        bins[two, 1] += more * north
-        bins[two, 2] += more * east
-        bins[two, 3] += more * down
-        bins[two, 4] += more * grazing
+        share = (at - b) * energy[k]
+        second, first_energy, second_energy = b + np.uintp(1), np.float32(energy[k] - share), np.float32(share)
+        bins[b, 0] += first_energy
+        bins[b, 1] += first_energy * north
+        bins[b, 2] += first_energy * east
+        bins[b, 3] += first_energy * down
+        bins[b, 4] += first_energy * grazing
+        bins[second, 0] += second_energy
+        bins[second, 1] += second_energy * north
+        bins[second, 2] += second_energy * east
+        bins[second, 3] += second_energy * down
+        bins[second, 4] += second_energy * grazing
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -82,28 +82,30 @@ def deposit_pair_positions(
 
     Args:
         samples: The samples.
-        energies: Cells of the energies alone; or none, (cells,).
+        energies: Cells of the energy grid, (cells,); empty: not deposited there.
         grid: Bins, (p, bins, MOMENTS).
         position: North, east, depth of the points [m], (3, n).
         grazing: Grazing angles of the legs at the points [rad], (f, n).
         receiver: North, east, depth of the receiver [m], (3,).
     """
-    late, energy = np.empty(BLOCK), np.empty(BLOCK)
+    pair_delay, energy = np.empty(BLOCK), np.empty(BLOCK)
     for p in range(samples.pair.shape[0]):
-        own = DelayCells(grid.cells[p], grid.first_time, grid.rate)
-        out, back = grazing[samples.pair[p, 0]], grazing[samples.pair[p, 1]]
+        pair_bins = DelayCells(grid.cells[p], grid.first_time, grid.rate)
+        first_grazing, second_grazing = grazing[samples.pair[p, 0]], grazing[samples.pair[p, 1]]
         for begin in range(0, samples.point_count[p], BLOCK):
             m = min(BLOCK, samples.point_count[p] - begin)
-            some = samples.rows[p, begin : begin + m]
-            fill_pair_energies(samples, p, some, begin, late, energy)
+            points = samples.rows[p, begin : begin + m]
+            fill_pair_energies(samples, p, points, begin, pair_delay, energy)
             if energies.cells.size:
-                deposit_energy(energies.cells, energies.first_time, energies.rate, late[:m], energy[:m])
-            deposit_positions(own, late[:m], energy[:m], some, position, out, back, receiver)
+                deposit_energy(energies.cells, energies.first_time, energies.rate, pair_delay[:m], energy[:m])
+            deposit_positions(
+                pair_bins, pair_delay[:m], energy[:m], points, position, first_grazing, second_grazing, receiver
+            )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_energies_in_bins(grid: DelayCells, delay: Floats, energy: Floats) -> None:
-    """Add energies to the two bins next to each delay, without positions: those of `deposit_positions`, to the bit.
+    """Add energies to the two bins about each delay, without positions: bit-identical to `deposit_positions`.
 
     Args:
         grid: Bins of energy alone, (bins,).
@@ -117,9 +119,9 @@ def deposit_energies_in_bins(grid: DelayCells, delay: Floats, energy: Floats) ->
         if not (energy[k] > 0 and 0 <= at < last):
             continue
         b = np.uintp(at)
-        part = (at - b) * energy[k]
-        bins[b] += np.float32(energy[k] - part)
-        bins[b + np.uintp(1)] += np.float32(part)
+        share = (at - b) * energy[k]
+        bins[b] += np.float32(energy[k] - share)
+        bins[b + np.uintp(1)] += np.float32(share)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -128,29 +130,31 @@ def deposit_pair_energies_in_bins(samples: WeightedSamples, energies: DelayCells
 
     Args:
         samples: The samples.
-        energies: Cells of the energies alone; or none, (cells,).
+        energies: Cells of the energy grid, (cells,); empty: not deposited there.
         grid: Bins of energy alone, (p, bins).
     """
-    late, energy = np.empty(BLOCK), np.empty(BLOCK)
+    pair_delay, energy = np.empty(BLOCK), np.empty(BLOCK)
     for p in range(samples.pair.shape[0]):
-        own = DelayCells(grid.cells[p], grid.first_time, grid.rate)
+        pair_bins = DelayCells(grid.cells[p], grid.first_time, grid.rate)
         for begin in range(0, samples.point_count[p], BLOCK):
             m = min(BLOCK, samples.point_count[p] - begin)
-            fill_pair_energies(samples, p, samples.rows[p, begin : begin + m], begin, late, energy)
+            fill_pair_energies(samples, p, samples.rows[p, begin : begin + m], begin, pair_delay, energy)
             if energies.cells.size:
-                deposit_energy(energies.cells, energies.first_time, energies.rate, late[:m], energy[:m])
-            deposit_energies_in_bins(own, late[:m], energy[:m])
+                deposit_energy(energies.cells, energies.first_time, energies.rate, pair_delay[:m], energy[:m])
+            deposit_energies_in_bins(pair_bins, pair_delay[:m], energy[:m])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def smear_energies(bins: NDArray[Any], pulse: Floats, per_sample: int, out: Floats) -> None:
     """Convolve energies with a pulse, added to samples: sums over the bins that contribute to each.
 
+    A phase is the number of a sample within a bin that holds several samples; otherwise there is one phase.
+
     Args:
-        bins: Energies by delay, (channels, bins).
-        pulse: Energy of the pulse at the lag of each bin, for some successive samples [1], (phases, lags).
-        per_sample: Bins from one sample, of each phase, to the next.
-        out: Result, added to in place, (channels, samples).
+        bins: Energies by delay [uPa^2], (channels, bins).
+        pulse: Weights of bins from `label_bins.pulse_energy` [1], (phases, lags).
+        per_sample: Number of bins from one sample to the next of the same phase.
+        out: Intensities [uPa^2], added to in place, (channels, samples).
     """
     phases, series = pulse.shape[0], np.empty((pulse.shape[0], RUN_LENGTH))
     for channel in range(bins.shape[0]):
@@ -165,23 +169,23 @@ def smear_energies(bins: NDArray[Any], pulse: Floats, per_sample: int, out: Floa
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _smear_run(bins: NDArray[Any], pulse: Floats, per_sample: int, begin: int, series: Floats) -> bool:
-    """Fill samples from a given one on of every phase with energies convolved with a pulse; False where all are 0.
+    """Fill `RUN_LENGTH` samples of every phase with energies convolved with a pulse; False where all energies are 0.
 
     Args:
         bins: Energies by delay, (bins,).
-        pulse: Energy of the pulse, as for `smear_energies`.
-        per_sample: Bins from one sample, of each phase, to the next.
-        begin: Number of the first sample of each phase.
+        pulse: Weights of bins, as for `smear_energies`.
+        per_sample: Number of bins from one sample to the next of the same phase.
+        begin: Number of the first sample among those of its phase.
         series: Result, (phases, RUN_LENGTH).
     """
     lags = -(-pulse.shape[1] // per_sample)
     energy, any_energy = np.empty(RUN_LENGTH + lags), False
     series[:] = 0.0
     for part in range(per_sample):
-        some = bins[begin * per_sample + part :: per_sample]
-        count, has_energy = min(energy.size, some.size), False
+        every_nth = bins[begin * per_sample + part :: per_sample]
+        count, has_energy = min(energy.size, every_nth.size), False
         for k in range(count):
-            energy[k] = some[k]
+            energy[k] = every_nth[k]
             has_energy |= energy[k] != 0
         energy[count:] = 0.0
         for phase in range(pulse.shape[0] if has_energy else 0):
@@ -210,17 +214,17 @@ def smear_positions(
     bins: Singles, energy: Floats, pulse: Floats, per_sample: int, strongest: Integers, number: int, receiver: Floats,
     means: SamplePositions,
 ) -> None:  # fmt: skip
-    """Mean position of the contributions to the samples of one contribution, weighted by energy.
+    """Fill the mean position of one contribution, weighted by energy, in the samples in which it is the strongest.
 
-    Samples of other contributions are left unchanged.
+    Other samples are left unchanged.
 
     Args:
         bins: Energies and positions of the contribution by delay, (channels, bins, MOMENTS).
-        energy: Energy of the contribution in each sample, (channels, samples).
-        pulse: Energy of the pulse at the lag of each bin, for some successive samples [1], (phases, lags).
-        per_sample: Bins from one sample, of each phase, to the next.
-        strongest: Number of the contribution that each sample is of, (channels, samples).
-        number: Number of this one.
+        energy: Intensity of the contribution in each sample, from `smear_energies` [uPa^2], (channels, samples).
+        pulse: Weights of bins, as for `smear_energies` [1], (phases, lags).
+        per_sample: Number of bins from one sample to the next of the same phase.
+        strongest: Number of the strongest contribution to each sample, (channels, samples).
+        number: Number of this contribution.
         receiver: North, east, depth of the receiver [m], (3,).
         means: Result.
     """
@@ -250,12 +254,12 @@ def smear_positions(
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _smear_sample(bins: Singles, pulse: Floats, first: int, moments: Floats) -> None:
-    """Fill all moments but the energy of one sample, (MOMENTS - 1,), of bins from a given one on."""
+    """Fill all moments of one sample but the energy, (MOMENTS - 1,), from the bins from `first` on."""
     north, east, down, grazing = 0.0, 0.0, 0.0, 0.0
     for k in range(min(pulse.size, bins.shape[0] - first)):
-        row, part = bins[first + k], pulse[k]
-        north += part * row[1]
-        east += part * row[2]
-        down += part * row[3]
-        grazing += part * row[4]
+        row, weight = bins[first + k], pulse[k]
+        north += weight * row[1]
+        east += weight * row[2]
+        down += weight * row[3]
+        grazing += weight * row[4]
     moments[0], moments[1], moments[2], moments[3] = north, east, down, grazing

@@ -16,8 +16,8 @@ SAME_DELAY = 1e-10
 """Delays closer than this share one pulse: phases are in the weights, and no envelope changes so fast [s]."""
 
 COMPACT, APART = 2.0, 24.0
-"""Rows within which replicas count as from one direction, an eighth of a lobe; and from which on their interference is
-left out, as the mean product of a beam's gains is at most 0.11, and of either sign."""
+"""Distance in rows up to which replicas count as from one direction, an eighth of the main lobe between its nulls; and
+from which on their interference is left out: the mean product of a beam's gains is at most 0.11, of either sign."""
 
 
 class RowLegs(NamedTuple):
@@ -41,7 +41,7 @@ class PairEnergies(NamedTuple):
     pair: NDArray[np.int64]
     """Rows of the transmit and the receive leg of each pair, (p, 2)."""
     strength: NDArray[np.float64] | Complexes
-    """Pressure scattered re incident [m], (p, n)."""
+    """Pressure scattered to 1 m re incident [m], (p, n)."""
     support: float
     """Largest time between replicas that interfere [s]."""
     interference_factor: float
@@ -58,7 +58,8 @@ class RowGrid(NamedTuple):
     rate: float
     """Cells per second [Hz]."""
     row_phase: float
-    """Pi wavelengths of the receive aperture per row: its sinc is the mean product of gains one row apart [rad]."""
+    """Phase x of which sin(x) / x is the mean product of gains one row apart: pi times the aperture [wavelengths] times
+    the spacing of rows [rad]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -72,15 +73,15 @@ def mean_gain_product(row_phase: float, rows: float) -> float:
 def _add_arrival(
     cells: NDArray[np.float32], grid: RowGrid, row: Floats, weight: Complexes, delay: float, shares: tuple[float, float]
 ) -> None:  # fmt: skip
-    """Add replicas that arrive together: the energy of each, and their interference half way between their rows.
+    """Add replicas that arrive together: the energy of each, and the interference of each two half way between rows.
 
     Args:
         cells: Energy grids of the rows, added to in place, (rows, cells).
         grid: Times and directions of the cells.
         row: Row of each replica, (m,).
-        weight: Weight of each replica, (m,).
+        weight: Weight of each replica [uPa], (m,).
         delay: Their delay [s].
-        shares: Weight of the interference, and of the energies [1].
+        shares: Factor of the interference, and of the energies [1].
     """
     position = (delay - grid.first_time) * grid.rate - _SHIFT
     if not (position >= 0.0 and position < cells.shape[1] - CELLS_PER_SPIKE):
@@ -99,10 +100,10 @@ def _add_arrival(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _number_directions(row: Floats, direction: NDArray[np.intp]) -> bool:
-    """Number the directions of some replicas from 0 on.
+    """Number the directions of some replicas from 0 on, in `direction`.
 
     Returns:
-        False where some replicas come neither from one direction nor from directions apart.
+        False where the rows of two replicas differ by more than `COMPACT` and less than `APART`.
     """
     count = 0
     for k in range(row.size):
@@ -119,7 +120,7 @@ def _number_directions(row: Floats, direction: NDArray[np.intp]) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _divide_directions(row: Floats, direction: NDArray[np.intp]) -> None:
-    """Number directions of some replicas from 0 on, each within `COMPACT` of the first replica from it."""
+    """Number directions of some replicas from 0 on: each lies within `COMPACT` of the first of its direction."""
     count, first_row = 0, np.empty(row.size)
     for k in range(row.size):
         number = 0
@@ -148,9 +149,9 @@ class RowGroups(NamedTuple):
     delay: Floats
     """Delay of each replica [s], (m,)."""
     weight: Complexes
-    """Weight of each replica, without the horizontal pattern of the beams, (m,)."""
+    """Weight of each replica, without the horizontal pattern of the beams [uPa], (m,)."""
     row: Floats
-    """Mean row of each group, (groups,)."""
+    """Mean row of each group, weighted by energy, (groups,)."""
 
 
 class GroupList(NamedTuple):
@@ -170,14 +171,14 @@ class GroupList(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _empty_list(groups: int, replicas: int) -> GroupList:
-    """A list with capacity for some groups and replicas, without any."""
+    """An empty list with capacity for numbers of groups and replicas."""
     return GroupList(np.zeros(groups + 1, np.int64), np.empty(replicas), np.empty(replicas, np.complex128),
                      np.empty(groups), np.zeros(2, np.int64))  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _with_capacity(some: GroupList, groups: int, replicas: int) -> GroupList:
-    """A list with capacity for more groups and replicas: itself, or a copy twice as long."""
+    """The list, or a copy twice as long as needed, with capacity for further numbers of groups and replicas."""
     group_count, count = some.counts
     if group_count + groups <= some.row.size and count + replicas <= some.delay.size:
         return some
@@ -197,7 +198,7 @@ def _append(some: GroupList, delay: float, weight: complex) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _end_group(some: GroupList, row: float) -> None:
-    """End the last group, which is from a row."""
+    """End the last group, whose mean row is given."""
     some.row[some.counts[0]] = row
     some.counts[0] += 1
     some.first[some.counts[0]] = some.counts[1]
@@ -217,16 +218,18 @@ def _append_interference(
     added: GroupList, subtracted: GroupList, delay: Floats, weight: Complexes, direction: NDArray[np.intp], row: Floats,
     row_phase: float,
 ) -> None:  # fmt: skip
-    """Append the interference of replicas from each two directions, 2 Re(A B*) = |A + B|^2 - |A|^2 - |B|^2, half way.
+    """Append the interference of replicas from each two directions, half way between their rows.
+
+    It is 2 Re(A B*) = |A + B|^2 - |A|^2 - |B|^2.
 
     Args:
         added: Groups whose intensity is added.
         subtracted: Groups whose intensity is subtracted.
         delay: Delay of each replica [s], (m,).
-        weight: Weight of each replica, (m,).
-        direction: Number of its direction, (m,).
-        row: Row of each direction.
-        row_phase: See `RowGrid`.
+        weight: Weight of each replica [uPa], (m,).
+        direction: Number of the direction of each replica, (m,).
+        row: Mean row of each direction, (directions,).
+        row_phase: See `RowGrid.row_phase` [rad].
     """
     for one in range(row.size):
         for other in range(one):
@@ -249,7 +252,7 @@ def _append_interference(
 def deposit_pairs_on_rows(
     cells: NDArray[np.float32], grid: RowGrid, legs: RowLegs, pairs: PairEnergies, is_dense: bool
 ) -> tuple[RowGroups, RowGroups, RowGroups, NDArray[np.intp]]:
-    """Energies of all pairs of some points, and the interference of pairs that arrive together, on rows of directions.
+    """Deposit energies of all pairs of some points, and the interference of pairs that arrive together, on rows.
 
     A pair and its reverse arrive together from two directions, each with its own energy. Their interference is
     deposited half way between the directions with the mean product of a beam's two gains: exact in the sum over beams.
@@ -265,11 +268,13 @@ def deposit_pairs_on_rows(
         grid: Times and directions of the cells.
         legs: Legs to the points.
         pairs: Pairs of legs.
-        is_dense: True for points of which a beam has many.
+        is_dense: True: a beam has many of the points.
 
     Returns:
-        Replicas that overlap and do not arrive together, by direction; groups whose intensities are added, and those
-        whose intensities are subtracted, for their interference between directions; and the numbers of points left out.
+        Replicas that overlap and do not arrive together, in groups by direction.
+        Groups whose intensities are added for the interference between directions.
+        Groups whose intensities are subtracted for the interference between directions.
+        Indices of the points left out.
     """
     count, point_count = pairs.pair.shape[0], legs.transmit_delay.shape[1]
     shares = pairs.interference_factor, pairs.mean_energy

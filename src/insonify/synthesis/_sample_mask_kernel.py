@@ -16,13 +16,13 @@ class Contributions(NamedTuple):
     """Echoes of one object by one pair of families each, and echoes that one object occludes."""
 
     energy: Floats
-    """Energies by sample, (contributions, channels, samples)."""
+    """Intensity by sample [uPa^2], (contributions, channels, samples)."""
     object_row: Integers
     """Row of the object, (contributions,)."""
     is_occluded: Masks
-    """True: the echo that the object occludes, (contributions,)."""
+    """True: the seabed echo that the object occludes; False: the echo of the object, (contributions,)."""
     has_surface: Masks
-    """True: by a path that reflects off the surface, (contributions,)."""
+    """True: by a path with a surface reflection, (contributions,)."""
 
 
 class SampleMasks(NamedTuple):
@@ -35,15 +35,16 @@ class SampleMasks(NamedTuple):
     shadowing_object: Integers
     """Row of the object that occludes most of a shadow's echo."""
     contribution: Integers
-    """Number of the strongest contribution of that object: in a shadow, of what it occludes; -1 for none."""
+    """Number of the strongest contribution of the strongest object; in a shadow, of the strongest that the shadowing
+    object occludes; -1 for none."""
     received: Masks
-    """True where anything is received."""
+    """True where any echo has energy."""
     highlight: Masks
-    """True where targets dominate, no less than is occluded, by paths without the surface."""
+    """True where targets make at least half of the intensity with noise, no less than is occluded, and no ghost."""
     shadow: Masks
     """True where more is occluded than the seabed returns directly, and there is no highlight."""
     ghost: Masks
-    """True where targets dominate by paths that reflect off the surface."""
+    """True where targets make at least half of the intensity with noise, most of it by paths with the surface."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -57,7 +58,7 @@ def fill_masks(
         by_object: Intensity of each object [uPa^2], (channels, objects, samples).
         is_target: True for the objects that are targets, (objects,).
         contributions: Echoes and occluded echoes.
-        straight: Number of the seabed's echo by the direct path; -1 for none.
+        straight: Number of the contribution that is the seabed's echo by the direct path; -1 for none.
         noise: Mean-square noise pressure that a target has to exceed [uPa^2].
         none: Row of no object.
         masks: Result.
@@ -123,13 +124,13 @@ def _add(values: Floats, sums: Floats) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def largest_rows(values: Floats, counts: Masks, none: int, largest: Integers) -> None:
-    """Row of the largest value of each sample, the first of equals.
+    """Fill the row of the largest value of each sample, the first of equals.
 
     Args:
         values: Values, (rows, samples).
-        counts: False: a sample of no row, (samples,).
-        none: Number of no row.
-        largest: Result, (samples,).
+        counts: False: samples that get `none`, (samples,).
+        none: Number that stands for no row.
+        largest: Result: row of each sample, (samples,).
     """
     best = values[0].copy()
     largest[:] = 0

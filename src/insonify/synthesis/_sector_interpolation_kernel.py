@@ -24,12 +24,12 @@ _NUMBERS = 16 * _COLUMNS
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _turn(series: Singles, curvature_phase: Floats, squared_position: float, work: Singles, turned: Singles) -> None:
-    """Multiply samples by a phase: the curvature at the array's ends [cycles] times a squared position.
+    """Turn samples by a phase, the curvature phase at the array's ends times a squared position, and add them.
 
     Args:
         series: Samples, real and imaginary parts alternating, (2 samples or more,).
-        curvature_phase: Curvature at the array's ends at each sample [cycles], (samples,).
-        squared_position: Squared position along the array [1].
+        curvature_phase: Curvature phase at the array's ends at each sample [cycles], (samples,).
+        squared_position: Squared position along the array, 1 at its ends; its negative to turn back [1].
         work: Work array, (2, samples or more).
         turned: Result: the product is added to this, (2 samples or more,).
     """
@@ -51,9 +51,9 @@ def interpolate_to_elements(
     """Add the time series at the interpolation points to those of the elements.
 
     Args:
-        points: Time series at the points, (p, samples).
-        elements: Result: those of the elements, (e, samples).
-        first_delay: Delay of echoes in the first sample [s].
+        points: Time series at the points [uPa], (p, samples).
+        elements: Time series of the elements [uPa], added to in place, (e, samples).
+        first_delay: Delay of the echoes whose pulse has its middle in the first sample [s].
         sample_rate: Samples per second [Hz].
         limits: Limits of the sector; samples before its least delay have the curvature of this delay.
         point_position: Interpolation points along the array, -1..1, (p,).

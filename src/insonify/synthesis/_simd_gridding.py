@@ -21,24 +21,29 @@ _TAPS = tap_coefficients()
 
 
 def _vector(scalar: Any, lanes: int) -> Any:
+    """Type of a vector of numbers of a scalar type."""
     return ir.VectorType(scalar, lanes)
 
 
 def _load(builder: Any, pointer: Any, vector: Any, align: int) -> Any:
+    """Load a vector of type `vector` from a pointer aligned to `align` bytes."""
     return builder.load(builder.bitcast(pointer, vector.as_pointer()), align=align)
 
 
 def _add_to(builder: Any, pointer: Any, vector: Any, addend: Any, align: int) -> None:
+    """Add a vector to that at a pointer."""
     target = builder.bitcast(pointer, vector.as_pointer())
     builder.store(builder.fadd(builder.load(target, align=align), addend, flags=("contract",)), target, align=align)
 
 
 def _pick(builder: Any, source: Any, lanes: list[int]) -> Any:
+    """Vector of the given lanes of a source vector, in their order."""
     mask = ir.Constant(_vector(ir.IntType(32), len(lanes)), lanes)
     return builder.shuffle_vector(source, ir.Constant(source.type, ir.Undefined), mask)
 
 
 def _splat(builder: Any, scalar: Any, lanes: int) -> Any:
+    """Vector with one scalar in all lanes."""
     vector = builder.insert_element(
         ir.Constant(_vector(scalar.type, lanes), ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0)
     )
@@ -46,7 +51,7 @@ def _splat(builder: Any, scalar: Any, lanes: int) -> Any:
 
 
 def _kernel_cells(builder: Any, fraction: Any) -> Any:
-    """The kernel at all its cells, by Horner's rule on a vector with one lane per cell."""
+    """Gridding kernel at all its cells, by Horner's rule on a vector with one lane per cell."""
     vector = _vector(fraction.type, CELLS_PER_SPIKE)
     y = _splat(builder, fraction, CELLS_PER_SPIKE)
     rows = [ir.Constant(vector, [float(c) for c in row]) for row in _TAPS]
@@ -57,12 +62,13 @@ def _kernel_cells(builder: Any, fraction: Any) -> Any:
 
 
 def _require_contiguous(cells: Any) -> None:
+    """Raise an error of typing unless an array type is C-contiguous."""
     if cells.layout != "C":
         raise errors.TypingError("cells must lie side by side in memory; pass one channel's row, not a column")
 
 
 def _weight_at(builder: Any, data: Any, i: Any) -> Any:
-    """The complex weight of spike i, real and imaginary parts alternating, four times."""
+    """Complex weight of spike i, real and imaginary part, repeated four times to a vector of 8."""
     pair = _load(builder, builder.gep(data, [builder.mul(i, ir.Constant(i.type, 2))]), _vector(ir.FloatType(), 2), 4)
     return _pick(builder, pair, [0, 1] * 4)
 
@@ -93,7 +99,10 @@ def add_complex_spike(typingctx: Any, cells: Any, first_cell: Any, fraction: Any
 
 
 def _shared_weight(builder: Any, lanes: int, data: tuple[Any, Any], x: Any, i: Any) -> Any:
-    """The weights of spike i for `lanes` waveforms, real and imaginary parts alternating, repeated to 8 numbers."""
+    """Weights of spike i for `lanes` waveforms, real and imaginary parts alternating, repeated to 8 numbers.
+
+    `data` are pointers to the weights of spikes, and to the coefficients of the basis weights.
+    """
     weight_data, curve_data = data
     weight = _weight_at(builder, weight_data, i)
     if lanes == 1:
@@ -142,7 +151,7 @@ add_spike_of_4 = _curved_spike(4)
 
 
 def moment_vectors(lanes: int) -> int:
-    """Vectors of 8 numbers that hold the moments of one cell of `lanes` waveforms."""
+    """Number of vectors of 8 numbers that hold the moments of one cell of `lanes` waveforms."""
     return -(-(DEGREE + 1) * lanes // 4)
 
 
@@ -292,10 +301,10 @@ def add_shaped_spike(
 def mix_series(
     typingctx: Any, polynomials: Any, series: Any, shape: Any, e: Any, begin: Any, mixed: Any
 ) -> Any:  # fmt: skip
-    """Chebyshev series of echoes at element e: turns beyond the third term, spreading, basis coordinate; float32.
+    """Series of echoes at element e: cycles beyond the third term, spreading ratio, basis coordinate; float32.
 
-    mixed[c, begin + i] = sum over k of polynomials[e, k] * series[c, k, i] for i from `start` to `stop`: for the turns,
-    c = 0, from term 3 on, for the other two up to term `kept`. Both arrays are padded: up to 15 entries after `stop`
+    mixed[c, begin + i] = sum over k of polynomials[e, k] * series[c, k, i] for i from `start` to `stop`: of cycles,
+    c = 0, from term 3 on, of the other two before term `kept`. Both arrays are padded: up to 15 entries after `stop`
     are read, and overwritten. shape: terms, kept, tile, start, stop, width, and columns: 3, or 2 without coordinates;
     series: (3, terms, tile); mixed: (3, width).
     """

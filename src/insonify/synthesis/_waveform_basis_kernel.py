@@ -1,7 +1,7 @@
 """Deposit of echoes on the interleaved grids of all waveforms of a basis: a cell holds up to four waveforms.
 
-So one echo occupies one contiguous range, in vectors aligned to cells. More than four waveforms are in groups of
-four, each with a grid of its own. Plain numbers and arrays.
+So one echo occupies one contiguous range of memory. More than four waveforms are in groups of four, each with a grid of
+its own. Plain numbers and arrays.
 """
 
 from typing import Any, NamedTuple
@@ -19,17 +19,17 @@ _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
 def group_layout(waveforms: int) -> tuple[int, int]:
-    """Number of groups of waveforms, and number of waveforms in each cell of a group, for a basis of so many."""
+    """Number of groups, and number of waveforms in each cell of a group, for a basis of a number of waveforms."""
     if waveforms <= 2:
         return 1, waveforms
     return -(-waveforms // WAVEFORMS_PER_CELL), WAVEFORMS_PER_CELL
 
 
 class BasisWeights(NamedTuple):
-    """Weights of echoes in the waveforms: Lagrange polynomials of the nodes; constant beyond the Doppler limits."""
+    """Weights of waveforms in echoes: Lagrange polynomials of the nodes; constant beyond the Doppler limits."""
 
     centre_doppler: float
-    """Middle between the Doppler limits [1]."""
+    """Middle between the Doppler limits: Doppler factor less one [1]."""
     half_range: float
     """Half of the difference between them [1]; 0 for one waveform."""
     node_coordinate: NDArray[np.float32]
@@ -37,12 +37,13 @@ class BasisWeights(NamedTuple):
     node_scale: NDArray[np.float32]
     """One over the product of each node's distances from the others, in the same units, (waveforms,)."""
     coefficients: NDArray[np.float32]
-    """Up to 4 waveforms: coefficients of the polynomials, constant first, each twice; of two, all repeated, (4, 8)."""
+    """Up to 4 waveforms: coefficients of the polynomials by power, constant first, (4, 8). Along the second axis each
+    waveform has two equal entries, for real and imaginary part; two waveforms are repeated to fill it."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def basis_weight_table(doppler: Floats, low: float, high: float) -> BasisWeights:
-    """Table of the weights of echoes in waveforms.
+    """Table of the weights of waveforms in echoes.
 
     Args:
         doppler: Doppler factors of the waveforms less one [1], (waveforms,).
@@ -74,7 +75,7 @@ def basis_weight_table(doppler: Floats, low: float, high: float) -> BasisWeights
 
 @njit(cache=True, nogil=True, reference_counts=False, fastmath=_FAST, error_model="numpy")
 def basis_coordinate(doppler: Floats, basis: BasisWeights, x: NDArray[np.float32]) -> None:
-    """Coordinate of echoes in the waveform basis, -1..1 between the Doppler limits and limited to them [1].
+    """Fill the coordinate of echoes in the waveform basis, -1..1 between the Doppler limits, constant beyond [1].
 
     Args:
         doppler: Doppler factors less one [1], (n,).
@@ -88,21 +89,21 @@ def basis_coordinate(doppler: Floats, basis: BasisWeights, x: NDArray[np.float32
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def basis_weights(x: NDArray[np.float32], node: NDArray[Any], scale: NDArray[Any], node_weights: NDArray[Any]) -> None:
-    """Weights of more than four waveforms in n echoes: products of the distances from nodes before and after each.
+    """Fill weights of more than four waveforms in n echoes: products of distances from the nodes before and after each.
 
     Args:
         x: Coordinate of each echo in the basis [1], (n,).
         node: `BasisWeights.node_coordinate`, (waveforms,).
         scale: `BasisWeights.node_scale`, (waveforms,).
-        node_weights: Result: weights, (waveforms or more, at least n).
+        node_weights: Result: weights [1], (waveforms or more, at least n).
     """
     running = np.empty(x.size, np.float32)
     waveforms = node.size
     for s in range(waveforms):
-        size, neighbour = scale[s], node[max(s - 1, 0)]
+        node_factor, neighbour = scale[s], node[max(s - 1, 0)]
         for i in range(x.size):
             running[i] = running[i] * (x[i] - neighbour) if s > 0 else np.float32(1)
-            node_weights[s, i] = size * running[i]
+            node_weights[s, i] = node_factor * running[i]
     for s in range(waveforms - 1, -1, -1):
         neighbour = node[min(s + 1, waveforms - 1)]
         for i in range(x.size):
@@ -121,16 +122,16 @@ def deposit_waveforms(
     Spikes off the grid are skipped.
 
     Args:
-        cells: Grids of pressure, (channels, groups, cells, waveforms of a group).
-        channel: First channel that receives them.
-        channel_count: Number of channels from there on that receive each echo.
-        channel_stride: Spikes from one channel to the next, `count` or more.
+        cells: Grids of pressure [uPa], (channels, groups, cells, waveforms of a group).
+        channel: First channel that receives the echoes.
+        channel_count: Number of channels from `channel` on that receive each echo.
+        channel_stride: Number of spikes from one channel to the next, `count` or more.
         first_cell: First cell of each spike, -1 where it is off the grid, (spikes,).
         fraction: Position of each spike between cells [1], (spikes,).
-        weight: Pressure of each spike, real and imaginary parts alternating, (2 spikes,).
+        weight: Weight of each spike [uPa], real and imaginary parts alternating, (2 spikes,).
         x: Coordinate of each spike in the basis [1], (spikes,).
         basis: Weights of the waveforms.
-        node_weights: For more than four waveforms: weight of each, (waveforms or more, spikes).
+        node_weights: For more than four waveforms: weight of each waveform [1], (waveforms or more, spikes).
         count: Number of echoes.
     """
     flat = cells.reshape(-1).view(np.float32)

@@ -1,4 +1,4 @@
-"""Complex weight of each arrival in a recording: amplitude, source level, both beams and carrier phase."""
+"""Complex weight of each arrival in a recording: source pressure, amplitude, both beam patterns and carrier phase."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,16 +13,21 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
-def beam_gains(
+def beam_amplitudes_of_arrivals(
     arrivals: Arrivals, ping_geometry: PingGeometry, channel: int, band: int | None = None
 ) -> tuple[Floats, Complexes]:
-    """Amplitude of the transmit and of the receive beam towards each arrival [1], each of shape (n,).
+    """Pressure patterns of the transmit and the receive beam in the directions of arrivals, re their axes [1].
 
     Args:
-        arrivals: Paths of one ping for that receive channel, n of them.
+        arrivals: Arrivals of one ping at `channel`, n of them.
         ping_geometry: The sonar at that ping.
-        channel: Index of the pair of beams, or of the element, whose response is part of its beam.
-        band: Index of one of the ping's interpolated bands; None: the centre of the band.
+        channel: Index of the beam pair; for element recordings of the element, whose complex response is included in
+            the receive amplitude.
+        band: Index of the sub-band, see `PingGeometry.interpolated_bands`; None: the centre frequency.
+
+    Returns:
+        Amplitude of the transmit beam at each departure, shape (n,).
+        Complex amplitude of the receive beam at each arrival, shape (n,).
     """
     bands = ping_geometry.interpolated_bands if band is not None else ()
     sub_band = bands[band or 0] if bands else SubBand(0.0, ping_geometry.transmit_beams, ping_geometry.receive_beams)
@@ -41,17 +46,17 @@ def beam_gains(
 def arrival_weights(
     arrivals: Arrivals, ping_geometry: PingGeometry, channel: int = 0, band: int | None = None
 ) -> Complexes:
-    """Complex pressure of each arrival before its waveform [uPa], shape (n,).
+    """Complex rms pressure of each arrival of a pulse of unit rms, with the phase of the carrier [uPa], shape (n,).
 
     Args:
-        arrivals: Paths of one ping for that receive channel, n of them.
+        arrivals: Arrivals of one ping at `channel`, n of them.
         ping_geometry: The sonar at that ping.
-        channel: Index of the pair of beams, or of the element.
-        band: Index of the sub-band; None: the centre of the band.
+        channel: Index of the beam pair; for element recordings of the element.
+        band: Index of the sub-band, see `PingGeometry.interpolated_bands`; None: the centre frequency.
     """
-    transmit_gain, receive_gain = beam_gains(arrivals, ping_geometry, channel, band)
+    transmit_amplitude, receive_amplitude = beam_amplitudes_of_arrivals(arrivals, ping_geometry, channel, band)
     cycles = ping_geometry.frequency * arrivals.delay  # float64: thousands of cycles
     carrier = np.exp(-2j * np.pi * (cycles - np.rint(cycles)))
     source_pressure = float(amplitude_ratio(ping_geometry.source_level_db))
     amplitude = arrivals.amplitude if band is None else arrivals.amplitude * arrivals.band_absorption[:, band]
-    return np.asarray(source_pressure * transmit_gain * receive_gain * amplitude * carrier)
+    return np.asarray(source_pressure * transmit_amplitude * receive_amplitude * amplitude * carrier)

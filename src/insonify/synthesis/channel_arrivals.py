@@ -29,15 +29,17 @@ class ChannelBlockArrivals:
     """Arrivals of a block of scatterers at one receive channel."""
 
     pairs: Pairs
+    """Pairs of legs of the block."""
     echoes: tuple[PairEchoes, ...]
     """Echoes of each ordered pair of legs."""
     ping_geometry: PingGeometry
-    ends: ReceivePoints
+    receive_points: ReceivePoints
+    """Receiver channels as points."""
     channel: int
-    """Index of the element; of beams, any."""
+    """Index of the element; a beam receives at the array's centre whatever the index."""
     water: Water
     directions: Floats
-    """Directions of the scatterers from the channel, shape (pairs, n, 3)."""
+    """Unit vectors from the channel towards the arriving sound [1], shape (pairs, n, 3)."""
 
     def __call__(self, row: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """Arrivals of one ordered pair of legs at the channel.
@@ -46,13 +48,15 @@ class ChannelBlockArrivals:
             row: Row of the pair.
 
         Returns:
-            Delay of the pulse's start [s], shape (n,); factor on the pressure [1], shape (n,); that by absorption in
-            each band re the centre [1], shape (n, bands); Doppler factor less one [1], shape (n,); directions of the
-            scatterers [1], shape (n, 3).
+            Delay of the pulse's start [s], shape (n,).
+            Factor on the pressure [1], shape (n,).
+            Pressure ratio by absorption in each band re the centre frequency [1], shape (n, bands).
+            Doppler factor less one [1], shape (n,).
+            Unit vectors towards the arriving sound [1], shape (n, 3).
         """
         i, j = self.pairs.pair[row]
         delay, factor, doppler = arrivals_at_channel(
-            self.echoes[row], self.ping_geometry, self.ends, self.channel, self.water
+            self.echoes[row], self.ping_geometry, self.receive_points, self.channel, self.water
         )
         path_length = self.pairs.transmit_legs.length[i] + self.pairs.receive_legs.length[j]
         carrier = self.ping_geometry.frequency

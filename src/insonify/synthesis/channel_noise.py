@@ -29,7 +29,8 @@ from insonify.units import amplitude_ratio, level_db
 Floats = NDArray[np.float64]
 
 SPECTRUM_NODES = 129
-"""Frequencies across the band at which the sea's spectrum is evaluated; linear interpolation is 1e-4 dB off."""
+"""Number of frequencies across the band at which the sea's spectrum is evaluated; linear interpolation between them
+has an error of 1e-4 dB."""
 NEGLIGIBLE = 1e-7
 """Amplitude below which an entry of a mixing matrix is left out [1]."""
 
@@ -65,14 +66,16 @@ class ChannelNoise:
     sea_level_db: float | None
     """Spectrum level of the mixed noise at the centre frequency [dB re 1 uPa^2/Hz]; None: no sea noise."""
     slope: Slope | None
-    """Power of the sea noise over the band, re that at the centre."""
+    """Power of the sea noise as a function of the offset from the centre frequency, re that at the centre."""
     mixing_matrices: tuple[Complexes, ...] | None
-    """Mixing matrix of each side's channels, lower triangular [1]; None: independent channels."""
+    """Lower triangular matrix of each side, that makes the noises of its channels of independent ones [1]; None:
+    independent channels of equal power."""
     self_noise_gain: Floats
-    """Amplitude of each channel's independent noise, for unit spectrum level [1], shape (channels,)."""
+    """Rms self-noise of each channel re that of one element [1], shape (channels,)."""
     self_noise_level_db: float | None
     """Spectrum level of the receiver's self-noise in one element [dB re 1 uPa^2/Hz]; None: none."""
     tones: ReceiverTones | None
+    """Tones of the receiver's self-noise; None: none."""
 
     @cached_property
     def mean_power(self) -> float:
@@ -205,12 +208,13 @@ def _equal_power(covariance: Complexes) -> Complexes:
 
 
 def _response(geometry: PingGeometry) -> Complexes:
+    """Response of each element, with errors [1], shape (channels,)."""
     assert geometry.elements is not None
     return geometry.elements.response
 
 
 def _self_noise_gain(array: AnyArray, geometry: PingGeometry) -> Floats:
-    """Amplitude in each channel of independent noises of unit power in each element [1], shape (channels,)."""
+    """Rms noise in each channel by independent noises of unit power in each element [1], shape (channels,)."""
     if geometry.elements is not None:
         return np.ones(len(geometry.elements))
     # beams are scaled to one on their axis, whatever the gain of their elements in that direction
@@ -218,7 +222,7 @@ def _self_noise_gain(array: AnyArray, geometry: PingGeometry) -> Floats:
 
 
 def preamplifier_noise_gain(array: AnyArray) -> float:
-    """Amplitude of independent noises of unit power in each element after the array's own beam weights [1].
+    """Rms sum of independent noises of unit power in each element, by the array's own beam weights [1].
 
     Args:
         array: The array; an axis that is not divided into elements counts as one element.
@@ -231,6 +235,7 @@ def preamplifier_noise_gain(array: AnyArray) -> float:
 
 
 def _element_weights(elements: int | None, shading: str) -> float:
+    """Root of the sum of squares of the elements' weights, of which the sum is 1 [1]."""
     weight = shading_weight(shading, element_positions(elements or 1))
     return float(np.linalg.norm(weight / weight.sum()))
 
@@ -255,7 +260,7 @@ def _tones(
 
 
 def _mix_channels(white: NDArray[np.complex64], mixing_matrices: tuple[Complexes, ...]) -> NDArray[np.complex64]:
-    """Mix independent rows into the channels of each side."""
+    """Mix independent noises, shape (channels, samples), into those of the channels of each side."""
     parts = (np.ascontiguousarray(white.real), np.ascontiguousarray(white.imag))
     out = np.zeros((2, *white.shape), np.float32)
     first = 0

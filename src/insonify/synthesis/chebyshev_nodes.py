@@ -18,13 +18,13 @@ from insonify.synthesis._echo_series_kernel import ApertureNodes
 
 Floats = NDArray[np.float64]
 ERROR = 2e-7
-"""Error of an echo's phase at an element [cycles]."""
+"""Largest error of an echo's phase at an element [cycles]."""
 MAX_DEVIATION = 1e-9
 """Largest deviation of elements from a straight line, and from the interpolated parabolic motion [m]."""
 MIN_NODES = 4
 """Least number of nodes [1]."""
 FEW_NODES_RATIO = 18.0
-"""Radius of wavefronts re half the length of an array at which seven or so nodes represent it [1]."""
+"""Radius of wavefronts re half the length of an array from which on few nodes, about seven, represent it [1]."""
 
 
 def aperture_nodes(
@@ -64,12 +64,12 @@ def aperture_nodes(
 
 
 def few_nodes_beyond(position: Floats, velocity: Floats, acceleration: Floats, latest_arrival: float) -> float:
-    """Radius of wavefronts beyond which few nodes represent an array [m]; infinite for one that is not straight.
+    """Radius of wavefronts beyond which few nodes represent an array [m]; infinite for an array that is not straight.
 
     Args:
         position: Element positions, as for `aperture_nodes`.
-        velocity: Element velocities.
-        acceleration: Element accelerations.
+        velocity: Element velocities [m/s], shape (m, 3).
+        acceleration: Element accelerations [m/s^2], shape (m, 3).
         latest_arrival: Time of the last arrival [s].
     """
     line = straight_array(position, velocity, acceleration, latest_arrival)
@@ -77,12 +77,14 @@ def few_nodes_beyond(position: Floats, velocity: Floats, acceleration: Floats, l
 
 
 def _drift(ends: Floats) -> float:
-    """Largest displacement of an array during a ping [m], from the second result of `straight_array`."""
+    """Upper bound of the displacement of an array during a ping [m], from the second result of `straight_array`."""
     return float(np.abs(ends[:, 3:]).sum(axis=1).max())
 
 
 def chebyshev_node_count(min_radius: float, half: float, wavelength: float) -> int:
-    """Number of nodes that represent the delays along an aperture; huge where wavefronts are not much larger than it.
+    """Number of nodes that represent the delays along an aperture.
+
+    It is 2^30, more than any array has elements, where a wavefront's radius is at most the length of the aperture.
 
     Args:
         min_radius: Least radius of a wavefront about any position of the array's centre [m].
@@ -100,13 +102,18 @@ def chebyshev_node_count(min_radius: float, half: float, wavelength: float) -> i
 def straight_array(
     position: Floats, velocity: Floats, acceleration: Floats, latest_arrival: float
 ) -> tuple[Floats, Floats] | None:
-    """Element positions along a straight array, -1..1, and its middle and half motion (2, 9); None if not straight.
+    """Element positions along a straight array and its motion; None if the array is not straight.
 
     Args:
         position: Element positions, as for `aperture_nodes`.
-        velocity: Element velocities.
-        acceleration: Element accelerations.
+        velocity: Element velocities [m/s], shape (m, 3).
+        acceleration: Element accelerations [m/s^2], shape (m, 3).
         latest_arrival: Time of the last arrival [s].
+
+    Returns:
+        Coordinate of each element along the array, -1..1 [1], shape (m,).
+        Mean, and half the difference, of the motion of the array's ends: position, velocity times `latest_arrival`,
+        acceleration times its square [m], shape (2, 9).
     """
     motion = np.concatenate([position, velocity * latest_arrival, acceleration * latest_arrival**2], axis=1)
     middle = (motion[0] + motion[-1]) / 2
@@ -124,7 +131,7 @@ def straight_array(
 
 
 def _chebyshev(node: Floats, positions: Floats) -> tuple[Floats, Floats]:
-    """Chebyshev series from values at nodes, (terms, nodes), and the polynomials at positions, (positions, terms)."""
+    """Matrix from node values to Chebyshev series, (terms, nodes), and polynomials at positions, (positions, terms)."""
     order = np.arange(len(node))
     at_nodes = np.cos(order[:, None] * np.arccos(node))
     polynomials = np.cos(order * np.arccos(np.clip(positions, -1, 1))[:, None])

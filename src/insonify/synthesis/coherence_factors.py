@@ -22,9 +22,9 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 NEGLIGIBLE = 1e-3
-"""Elements of L below this at all points are left out: a millionth of the energy [1]."""
+"""Magnitude of elements of L below which they are left out, if so at all points: a millionth of the energy [1]."""
 SAMPLE_POINTS = 256
-"""Points of a block at which L is evaluated, about; the others take it from the point before them [1]."""
+"""Approximate number of points of a block at which L is evaluated; other points take it from the preceding one."""
 DIAGONAL_LOADING = 1e-9
 """Added to the diagonal of K, so that equal replicas keep it positive definite [1]."""
 
@@ -32,7 +32,7 @@ DIAGONAL_LOADING = 1e-9
 def split_by_coherence(
     parts: Sequence[Pairs], field: DelayField | None, ping_geometry: PingGeometry
 ) -> Iterator[Pairs]:  # fmt: skip
-    """Yield blocks that a block is split into, whose intensities add, each as if the water were homogeneous.
+    """Split a block into copies whose intensities add, each with interference as in homogeneous water.
 
     Args:
         parts: Parts of one block, with the same legs, that do not interfere; unchanged where the water is homogeneous.
@@ -58,7 +58,7 @@ class _CoherenceFactors:
         """Evaluate the covariance of the delays of all families of a block.
 
         Args:
-            pairs: Some of its pairs.
+            pairs: Some of the pairs of the block.
             field: Random delays in the water.
             ping_geometry: The sonar at this ping.
         """
@@ -80,7 +80,7 @@ class _CoherenceFactors:
         self.factors = dict[bytes, Floats]()
 
     def copies(self, pairs: Pairs) -> Iterator[Pairs]:
-        """Yield the copies of one part, see the module."""
+        """Yield the copies of one part, one for each column of L that is not negligible, see the module."""
         families = np.column_stack([self.family_rows[0][pairs.pair[:, 0]], self.family_rows[-1][pairs.pair[:, 1]]])
         families = np.sort(families, axis=1) if self.is_monostatic else families
         count = self.covariance.shape[-1]

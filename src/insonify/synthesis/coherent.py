@@ -81,7 +81,10 @@ class CoherentAccumulator:
 
     @property
     def uses_far_field(self) -> bool:
-        """Return True if few beams of a stationary sonar are recorded: their far field suffices."""
+        """Return True if beams of a stationary sonar are recorded, without direction grid and sub-bands.
+
+        Each leg then has one weight in each beam, by the beam's far-field pattern.
+        """
         static_beams = (
             self.ping_geometry.is_static and self.ping_geometry.elements is None and not self.ping_geometry.sub_bands
         )
@@ -93,7 +96,7 @@ class CoherentAccumulator:
         return Requirements(quadrature=False, negligible_pairs=False)
 
     def empty(self) -> Cells | ElementCells:
-        """Empty cells."""
+        """Empty cells: for elements `ElementCells`, otherwise one array."""
         if self.uses_far_field:
             return self.grid.cells(self.ping_geometry.channel_count)
         if self.ping_geometry.elements is None:
@@ -106,7 +109,7 @@ class CoherentAccumulator:
         return ElementCells(elements, self._cells(basis, len(sector.point_position)))
 
     def _cells(self, basis: WaveformBasis, channels: int) -> Cells:
-        """Empty grids of some channels for each waveform of a basis."""
+        """Empty grids of some channels, shape (bands, channels, groups, cells, waveforms of a group)."""
         groups, group_size = group_layout(len(basis.doppler))
         rows = len(basis.band), channels, groups
         cells = self.grid.cells(int(np.prod(rows)) * group_size)

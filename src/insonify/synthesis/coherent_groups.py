@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from insonify.jit import njit
 
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
-_MAX_INSERTION_SORT = 64  # arrivals: more are sorted by NumPy
+_MAX_INSERTION_SORT = 64
+"""Largest number of arrivals that are sorted by insertion; more are sorted by NumPy."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +40,7 @@ def pulse_table(
     Args:
         pulse: Complex envelope [1] of the received pulse at times [s] re the arrival, shape preserved.
         pulse_start: First time at which the pulse is not negligible [s].
-        pulse_stop: Last such time [s].
+        pulse_stop: Last time at which the pulse is not negligible [s].
         sample_rate: Output samples per second [Hz].
         oversampling: Table entries per output sample; 32 keep the cubic's error below 3e-6 of the peak.
 
@@ -84,7 +85,8 @@ def _equal_delays(
 ) -> tuple[float, complex, float, int]:
     """Combine the arrivals from the j-th on that share its delay, such as a path and its reverse, to one pulse.
 
-    Returns their delay, the sum of their weights, the sum of their powers, and the index of the next arrival.
+    Returns:
+        Delay [s], sum of the weights [uPa], sum of their squared magnitudes [uPa^2], index of the next arrival.
     """
     shared_delay, weight_sum, power_sum = delay[order[j]], 0j, 0.0
     size = delay.size
@@ -173,7 +175,7 @@ def add_groups(
     interfering = sinc^2 J and independent = 1 + p^2 / 3 - sinc^2 J.
 
     Args:
-        intensity: Intensity at the output samples, added to in place, shape (count,).
+        intensity: Intensity at the output samples [uPa^2], added to in place, shape (count,).
         start: Time of the first output sample [s].
         rate: Output samples per second [Hz].
         table: Samples of the received pulse, as `pulse_table` makes them, shape (m,).
@@ -181,7 +183,7 @@ def add_groups(
         table_rate: Entries per second, a whole multiple of the rate [Hz].
         group_first: First arrival of each group and, last, the number of arrivals, shape (groups + 1,).
         delay: Delay of each arrival [s], in any order within its group, shape (n,).
-        weight: Complex weight of each arrival, carrier phase included, shape (n,).
+        weight: Complex weight of each arrival, carrier phase included [uPa], shape (n,).
         interfering: Weight of the power of the sum [1].
         independent: Weight of the sum of the powers [1].
 

@@ -32,11 +32,11 @@ from insonify.synthesis.waveform_basis import WaveformBasis
 Floats = NDArray[np.float64]
 Cells = NDArray[np.complex64]
 WEAK = 1e-9
-"""Spectrum of the received pulse re its maximum below which beams are not formed [1]."""
+"""Magnitude of the received pulse's spectrum re its maximum below which beams are not formed [1]."""
 _RESPONSE_DEGREE = 12
 """Degree of a polynomial that is one over the transform of the gridding kernel to 1e-12."""
 _MOST_CYCLES = 0.35
-"""Cycles per row up to which that polynomial is fitted; ends of apertures have a quarter, by the rows' spacing."""
+"""Cycles per row up to which that polynomial is fitted; by the rows' spacing, the ends of apertures have a quarter."""
 _WEIGHTS: RecentResults[NDArray[np.float32]] = RecentResults(16)
 
 
@@ -63,12 +63,12 @@ class DirectionGrid:
         """Complex envelope of each beam.
 
         Args:
-            cells: Cells of the rows, shape (bands, rows, groups, cells, waveforms of a group).
+            cells: Cells of the rows [uPa], shape (bands, rows, groups, cells, waveforms of a group).
             grid: The time grid.
             basis: Waveforms of the grid's frequencies.
 
         Returns:
-            Complex envelope at grid.time, in the units of the weights, shape (beams, samples).
+            Complex envelope at grid.time [uPa], shape (beams, samples).
         """
         factors, half = basis.grid_factors(self.ping_geometry.pulse, grid), grid.padded_samples // 2
         if not self.ping_geometry.sub_bands:
@@ -96,7 +96,7 @@ class DirectionGrid:
 
     @property
     def row_weights(self) -> NDArray[np.float32]:
-        """Weight of each row in each beam at the carrier, shape (beams, rows); cached for the next ping."""
+        """Weight of each row in each beam at the carrier [1], shape (beams, rows); cached for the next ping."""
         arrays = self.steer, self.scale, self.points.position, self.points.weight
         key = (self.rows[0].step, self.row_count, *(array.tobytes() for array in arrays))
         return _WEIGHTS.get(key, self._row_weights)
@@ -114,7 +114,7 @@ class DirectionGrid:
         return beams
 
     def _row_weights(self) -> NDArray[np.float32]:
-        """Weights of rows in beams, computed."""
+        """Compute `row_weights`."""
         points = self.points
         squared = (points.position * self.rows[0].step) ** 2
         weight = points.weight * np.polynomial.polynomial.polyval(squared, points.inverse_response)
@@ -156,14 +156,14 @@ def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
 
 
 def _received_bins(magnitude: Floats) -> tuple[int, int]:
-    """First, and one past the last, of the frequencies at which a pulse is received."""
+    """Index of the first frequency with a magnitude above `WEAK` re the largest, and one past that of the last."""
     strong = np.flatnonzero(magnitude > WEAK * magnitude.max(initial=0.0))
     return (int(strong[0]), int(strong[-1]) + 1) if len(strong) else (0, 0)
 
 
 @lru_cache(maxsize=1)
 def _response() -> Floats:
-    """One over the transform of the gridding kernel: a polynomial in the square of the cycles per row."""
+    """Coefficients of one over the transform of the gridding kernel, see `AperturePoints.inverse_response`."""
     cycles = np.linspace(0, _MOST_CYCLES, 400)
     series = np.polynomial.Polynomial.fit(cycles**2, 1 / kernel_transform(cycles), _RESPONSE_DEGREE)
     return np.ascontiguousarray(series.convert().coef)

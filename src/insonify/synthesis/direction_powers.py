@@ -1,9 +1,9 @@
-"""Power patterns of many beams from rows of directions: an energy is deposited about its direction once for all beams.
+"""Power patterns of many beams from rows of directions: energies are deposited by direction, once for all beams.
 
 A power pattern is smooth over a fraction of a beam: between rows an eighth of wavelength / aperture apart it is linear
-to 1.3 % of its axis. So each energy is shared among the two rows adjacent to its direction, and the energy of a beam
-is a sum over all rows, weighted with the beam's power pattern. Unlike the amplitudes of `direction_grid`, no energy is
-negative.
+to 1.3 % of its value on the axis. So each energy is shared between the two rows adjacent to its direction, and the
+energy of a beam is a sum over all rows, weighted with the beam's power pattern. Unlike the amplitudes of
+`direction_grid`, no energy is negative.
 """
 
 from typing import NamedTuple, TypeVar
@@ -26,7 +26,8 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Real = TypeVar("Real", np.float32, np.float64)
 ROWS_PER_BEAM, MAX_BYTES = 4.0, 512 << 20
-"""Rows per beam up to which there are rows whatever their memory [1], and largest memory with more of them [bytes]."""
+"""Number of rows per beam up to which rows are used whatever their memory [1], and largest memory of sums with more
+rows [bytes]."""
 ROWS_PER_LOBE = 8
 """Rows per wavelength / aperture, which is the width of a side lobe."""
 
@@ -35,11 +36,12 @@ class DirectionPowers(NamedTuple):
     """Rows of direction cosines to an array's right, and the power patterns of its beams on them."""
 
     step: float
-    """Spacing of the rows [1]."""
+    """Spacing of the rows in direction cosine [1]."""
     extent: float
     """Horizontal length of the aperture [wavelengths]."""
     beam_powers: Singles
-    """Power of each beam at each row, without the pattern that all beams have in common, shape (beams, rows)."""
+    """Squared amplitude of each beam at each row, without the pattern that all beams have in common [1], shape (beams,
+    rows)."""
     common: Beams
     """Receive pattern that all beams have in common: directivity of elements, vertical pattern."""
 
@@ -47,7 +49,7 @@ class DirectionPowers(NamedTuple):
         """Row of each direction, with fraction.
 
         Args:
-            direction: Unit vectors from the sonar outwards [1], shape (..., 3).
+            direction: Unit vectors from the sonar outwards in the world [1], shape (..., 3).
         """
         return np.asarray((direction @ self.common.axes[1] + 1) / self.step)
 
@@ -81,7 +83,7 @@ _POWERS: RecentResults[Singles] = RecentResults(4)
 
 
 def _beam_powers(receive: Beams, count: int) -> Singles:
-    """Power of each beam at so many rows, shape (beams, rows); cached for the next ping."""
+    """Squared amplitude of each beam at `count` rows, shape (beams, rows); cached for the next ping."""
 
     def evaluated() -> Singles:
         powers = (horizontal_patterns(receive)(np.linspace(-1.0, 1.0, count)) * receive.scale[:, None]) ** 2

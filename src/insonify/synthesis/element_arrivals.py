@@ -31,9 +31,9 @@ from insonify.synthesis.waveform_basis import WaveformBasis
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
-PARALLAX_TOLERANCE = 0.02
-"""Largest parallax between elements, as a fraction of the pattern's width (wavelength over pi apertures) [1]."""
 Cells = NDArray[np.complex64]
+PARALLAX_TOLERANCE = 0.02
+"""Largest parallax between elements that is neglected, re the pattern's width wavelength / (pi aperture) [1]."""
 
 
 @dataclass(slots=True)
@@ -41,9 +41,10 @@ class ElementCells:
     """Grids of pressure of an array's elements and of the interpolation points of its sector."""
 
     elements: Cells
-    """Shape (bands, elements, groups, cells, waveforms of a group)."""
+    """Pressures of the elements [uPa], shape (bands, elements, groups, cells, waveforms of a group)."""
     points: Cells
-    """The same of the points, in the waveforms of the sector; of no points without a sector."""
+    """Pressures of the interpolation points [uPa], in the waveforms of the sector, shape (bands, points, groups, cells,
+    waveforms of a group); without a sector, no points."""
 
     @property
     def nbytes(self) -> int:
@@ -70,13 +71,13 @@ class ReceivePoints:
     orientation_row: NDArray[np.int64]
     """Row of each channel in `orientations`, -1 for a dead one, shape (m,)."""
     orientations: Floats
-    """Distinct angles to the right of boresight [rad], shape (orientations,)."""
+    """Distinct angles of elements to the right of the array's boresight [rad], shape (orientations,)."""
 
     def motion(self, point: int) -> ElementMotion:
         """Motion of one point, in the form of the kernels.
 
         Args:
-            point: Number of the point.
+            point: Index of the point.
         """
         return ElementMotion(self.position[point], self.velocity[point], self.acceleration[point])
 
@@ -102,17 +103,15 @@ class PairEchoes:
     """Echoes of n scatterers by one transmit and one receive leg, before beams and carrier."""
 
     delay: Floats
-    """Two-way delay at the receiver's centre [s], shape (n,).
-
-    Of a moving sonar: delay of the pulse's middle at a centre at rest.
-    """
+    """Time at which the pulse's middle (sonar at rest: its start) would reach a centre at rest [s], shape (n,)."""
     direction: Floats
-    """Direction of arrival, away from the sonar, shape (n, 3)."""
+    """Unit vector from the receiver towards the arriving sound, in the world [1], shape (n, 3)."""
     transmitter_mach: Floats
     """Radial speed of the transmitter towards the departing sound over the speed of sound [1], shape (n,)."""
     amplitude_factor: Floats
     """Pressure ratio by the transmitter's own motion [1], shape (n,)."""
     wavefront: Wavefront
+    """Wavefronts at the receiver."""
 
 
 def pair_echoes(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> Iterator[PairEchoes]:
@@ -124,14 +123,14 @@ def pair_echoes(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> Iter
         water: Water between sonar and scatterers.
     """
     transmit, receive, positions = pairs.transmit_legs, pairs.receive_legs, pairs.scatterers.position
-    transmit_motion = {
+    motion_by_leg = {
         i: transmitter_motion(transmit.departure[i], transmit.length[i], ping_geometry)
         for i in np.unique(pairs.pair[:, 0])
     }
     rows = [int(j) for j in np.unique(pairs.pair[:, 1])]
     fronts = dict(zip(rows, wavefronts(receive, rows, ping_geometry.receive_position, positions, water), strict=True))
     for i, j in pairs.pair:
-        emission_delay, mach, amplitude_factor = transmit_motion[i]
+        emission_delay, mach, amplitude_factor = motion_by_leg[i]
         delay = transmit.delay[i] + receive.delay[j] + emission_delay
         yield PairEchoes(delay, receive.departure[j], mach, amplitude_factor, fronts[j])
 
@@ -153,7 +152,7 @@ class PingReception:
     water: Water
     """Water between sonar and scatterers."""
     attenuation: float
-    """Absorption at the carrier, from `absorption_np_per_m` [1/m]."""
+    """Absorption at the carrier, from `absorption_np_per_m` [Np/m]."""
 
     def for_kernels(self, sound_speed_gradient: float) -> Reception:
         """Time grid, carrier and water in the form of the kernels.
@@ -174,7 +173,7 @@ def deposit(
     """Deposit the echoes of one block of scatterers on the cells of all elements.
 
     Args:
-        cells: Grids of pressure.
+        cells: Grids of pressure [uPa], added to in place.
         pairs: Transmit and receive legs of the block, and strengths.
         ping: Conditions of reception.
         sector: Sector interpolation, and the waveform basis of its echoes; None: all echoes go to each element.
@@ -208,14 +207,15 @@ def deposit(
             ArraySector(sector[0].limits, sector[1].weight_table),
         )
     motion = receive_points.position, receive_points.velocity, receive_points.acceleration
-    every = aperture_nodes(*motion, min_radius, latest_arrival, wavelength, extra_positions)
-    parts = [(every, strength)]
-    if water.layered and not len(every.series):  # points below the array: their wavefronts are expanded horizontally
+    all_nodes = aperture_nodes(*motion, min_radius, latest_arrival, wavelength, extra_positions)
+    parts = [(all_nodes, strength)]
+    if water.layered and not len(all_nodes.series):  # points below the array: wavefronts are expanded horizontally
         beyond = few_nodes_beyond(*motion, latest_arrival)
         is_near = ~((distance >= beyond) & (np.abs(curvature) * beyond <= 1)).all(axis=0)
-        few = aperture_nodes(*motion, beyond, latest_arrival, wavelength, extra_positions)
-        if len(few.series):
-            parts = [(few, np.where(is_near, 0, strength)), (every, np.where(is_near, strength, 0))]
+        few_nodes = aperture_nodes(*motion, beyond, latest_arrival, wavelength, extra_positions)
+        if len(few_nodes.series):
+            far, near = np.where(is_near, 0, strength), np.where(is_near, strength, 0)
+            parts = [(few_nodes, far), (all_nodes, near)]
     for band, sub_band in enumerate(ping_geometry.sub_bands or (carrier_band(ping_geometry),)):
         absorption_factor, receive_pressure = np.empty((0, 0)), receive_amplitude
         if sub_band.offset != 0:
@@ -223,10 +223,10 @@ def deposit(
             receive_pressure = receive_amplitude * water.relative_absorption(
                 receive.length, sub_band.offset, ping_geometry.frequency
             )
-        beams = sub_band.transmit_beams.gain(transmit.departure)
-        transmit_pressure = np.empty(beams.shape, np.complex64)
+        transmit_gain = sub_band.transmit_beams.gain(transmit.departure)
+        transmit_pressure = np.empty(transmit_gain.shape, np.complex64)
         transmitted_pressure(
-            amplitude, amplitude_factor, phase, source_pressure, absorption_factor, beams, transmit_pressure
+            amplitude, amplitude_factor, phase, source_pressure, absorption_factor, transmit_gain, transmit_pressure
         )
         gain = element_gains(ping_geometry, sub_band.receive_beams, receive_points, directions)
         transmit_legs = TransmitLegs(transmit.delay + emission_delay, 1 / (1 - mach), transmit_pressure)
@@ -242,7 +242,14 @@ def deposit(
 
 
 def wavefront_columns(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> tuple[Floats, Floats, float, Floats]:
-    """Wavefronts of all receive legs, as in `Wavefront`; horizontal distances in layered water only."""
+    """Wavefronts of all receive legs at the receiver, g legs to n points; see `Wavefront`.
+
+    Returns:
+        Vertical curvature [1/m], (g, n).
+        Horizontal distance [m], (g, n); in water of one sound speed a placeholder.
+        Growth of the speed of sound with depth [1/s].
+        Deviations from spherical wavefronts, (g, terms, n).
+    """
     receive = pairs.receive_legs
     if not water.layered:
         curvature = 1 / np.maximum(receive.length, MIN_RADIUS)
@@ -259,7 +266,10 @@ def wavefront_columns(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -
 def _directions(
     pairs: Pairs, ping_geometry: PingGeometry, pulse_middle_delay: Floats, receive_points: ReceivePoints
 ) -> tuple[NDArray[np.int64], list[Floats]]:  # fmt: skip
-    """Directions of arrival re the platform, and the row of each pair among them; see `echo_directions`."""
+    """Row of each pair among the directions, and directions towards the echoes in the attitude of the ping's start.
+
+    Arguments and shapes are those of `echo_directions`.
+    """
     rows, directions, arrival_times = echo_directions(pairs, ping_geometry, pulse_middle_delay, receive_points)
     motion = ping_geometry.receive_motion
     if motion is None or not motion.is_rotating:
@@ -273,7 +283,9 @@ def _directions(
 def echo_directions(
     pairs: Pairs, ping_geometry: PingGeometry, pulse_middle_delay: Floats, receive_points: ReceivePoints
 ) -> tuple[NDArray[np.int64], list[Floats], Floats]:  # fmt: skip
-    """Directions of arrival in the world, and their times; those of the receive legs if nothing rotates.
+    """Unit vectors from the receiver towards echoes in the world, and times of arrival.
+
+    They are those of the receive legs where nothing rotates.
 
     Args:
         pairs: Transmit and receive legs of a block of n scatterers.
@@ -282,8 +294,9 @@ def echo_directions(
         receive_points: Receiver channels as points, from `receive_points`.
 
     Returns:
-        Row of each pair among the receive legs, or among the pairs; directions of shape (legs or pairs, n, 3), one for
-        the whole array or one for each of its elements; times [s], shape (legs or pairs, n).
+        Row of each pair in the other results, whose rows are receive legs, or pairs where the array rotates, (pairs,).
+        Directions [1], each of shape (legs or pairs, n, 3): one array for all elements, or one for each.
+        Times [s], shape (legs or pairs, n).
     """
     transmit, receive = pairs.transmit_legs, pairs.receive_legs
     rows, direction, path_length = pairs.pair[:, 1], receive.departure, receive.length
@@ -312,7 +325,7 @@ def echo_directions(
 def has_parallax(
     ping_geometry: PingGeometry, receive_points: ReceivePoints, min_path_length: float, latest_arrival: float
 ) -> bool:
-    """Return True if the nearest scatterer lies in directions that patterns of elements, or a moving beam, resolve.
+    """Return True if patterns resolve the change of direction to the nearest scatterer over elements and motion.
 
     Args:
         ping_geometry: The sonar at this ping.
@@ -331,7 +344,7 @@ def resolves_parallax(beams: Beams, displacement: float, min_path_length: float)
     Args:
         beams: The beams.
         displacement: Displacement [m].
-        min_path_length: Distance of the nearest scatterer [m].
+        min_path_length: Shortest receive leg [m].
     """
     waves = beams.largest_per_unit / POINTS_PER_LOBE
     return waves > 1 and math.pi * waves * displacement > PARALLAX_TOLERANCE * max(min_path_length, CLOSEST)
@@ -342,7 +355,7 @@ def element_directions(motion: ElementMotion, direction: Floats, path_length: Fl
 
     Args:
         motion: Motion of the element.
-        direction: Directions from the centre [1], shape (..., 3).
+        direction: Unit vectors from the centre towards the echoes [1], shape (..., 3).
         path_length: Lengths of the receive legs [m], shape (...).
         arrival_time: Times of arrival [s], shape (...).
     """
@@ -354,11 +367,12 @@ def element_directions(motion: ElementMotion, direction: Floats, path_length: Fl
     return element_direction
 
 
-def _receive_beams(receive_points: ReceivePoints, channels: int, views: int) -> ReceiveBeams:
-    """Receive patterns of channels that are elements."""
+def _receive_beams(receive_points: ReceivePoints, channels: int, direction_sets: int) -> ReceiveBeams:
+    """Receive patterns of channels that are elements; direction_sets: length of the directions of `_directions`."""
     number = np.arange(channels)
     channel_ranges = np.stack([number, number + 1], axis=1)
-    pattern = receive_points.orientation_row if views == 1 else np.where(receive_points.orientation_row < 0, -1, number)
+    orientation_row = receive_points.orientation_row
+    pattern = orientation_row if direction_sets == 1 else np.where(orientation_row < 0, -1, number)
     return ReceiveBeams(
         receive_points.position, receive_points.velocity, receive_points.acceleration, channel_ranges, 0 * number,
         pattern,
@@ -375,7 +389,7 @@ def directions_at_reception(ping_geometry: PingGeometry, direction: Floats, dela
 
     Args:
         ping_geometry: The sonar at this ping.
-        direction: Unit vectors in the world [1], shape (n, 3).
+        direction: Unit vectors from the receiver in the world [1], shape (n, 3).
         delay: Time of arrival of each echo [s], shape (n,).
     """
     return (
@@ -393,13 +407,13 @@ def transmitter_motion(
     A stationary sonar has no emission delay: its echoes are timed by their starts.
 
     Args:
-        departure: Directions of departure, shape (..., 3).
+        departure: Unit vectors of departure in the world [1], shape (..., 3).
         wavefront_radius: Radius of the wavefronts [m], shape (...).
         ping_geometry: The sonar.
 
     Returns:
-        Emission delay [s], radial speed of the transmitter over that of sound [1], pressure ratio [1], each of shape
-        (...).
+        Emission delay [s], radial speed of the transmitter towards the departing sound over that of sound [1], and
+        pressure ratio [1], each of shape (...).
     """
     emission_delay, mach = np.zeros(wavefront_radius.shape), np.zeros(wavefront_radius.shape)
     amplitude_factor = np.ones(wavefront_radius.shape)
@@ -415,7 +429,7 @@ def transmitter_motion(
 def element_gains(
     ping_geometry: PingGeometry, beams: Beams, receive_points: ReceivePoints, directions: list[Floats]
 ) -> NDArray[np.float32]:
-    """Gain of an element in each orientation, (orientations, ...), or of each element.
+    """Amplitude of an element in each orientation, (orientations, ...), or of each element, (elements, ...) [1].
 
     Args:
         ping_geometry: The sonar at this ping.

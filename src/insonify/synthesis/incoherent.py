@@ -2,7 +2,8 @@
 
 Scatterers have random phases, so their echoes add as energies. The paths of one scatterer interfere: reciprocal pairs
 arrive together and give 4 |A|^2, and pairs closer in time than the pulse make fringes. Arrivals further apart than the
-pulse add as energies from the start.
+pulse add as energies from the start. An energy is the mean-square pressure of an arrival of a pulse of unit rms
+[uPa^2]: it adds energy times |pulse|^2 to the intensity over time.
 """
 
 from collections import deque
@@ -59,7 +60,7 @@ CELLS_PER_TASK = 1024
 CHANNELS_PER_TASK = 32
 """Channels whose series one thread computes together: a multiple of those of one transform."""
 DENSE = 1000
-"""Least points of a block whose interference between unlike directions averages over those in a beam [1]."""
+"""Least number of points of a block of which interference between unlike directions is deposited by direction."""
 LAGS_PER_CELL = 2
 """Entries of the pulse table per lag of its autocorrelation."""
 
@@ -69,19 +70,19 @@ class IntensityBuffer:
     """Sums of the arrivals of a ping."""
 
     cells: Floats
-    """Energies of arrivals that do not interfere, on the energy grid, shape (channels, cells)."""
+    """Energies of arrivals that do not interfere, on the energy grid [uPa^2], shape (channels, cells)."""
     intensity: Floats
-    """Intensity of groups of interfering arrivals, at the output samples, shape (channels, samples)."""
+    """Intensity of groups of interfering arrivals at the output samples [uPa^2], shape (channels, samples)."""
     specular_sums: list[SpecularSums] = field(default_factory=list)
-    """Arrivals of the last smooth target, whose blocks may be incomplete; none or one."""
+    """Arrivals of the last smooth target, to which further blocks may be added; none or one."""
     rows: Singles | None = None
-    """Energies for all beams, by direction, shape (rows, cells); None: no rows."""
+    """Energies for all beams, by direction, on the energy grid [uPa^2], shape (rows, cells); None: no rows."""
     row_intensity: Floats | None = None
-    """Intensity of groups of interfering arrivals for all beams, by direction, shape (rows, samples); None: no rows."""
+    """Intensity of groups of interfering arrivals by direction [uPa^2], shape (rows, samples); None: no rows."""
 
     @property
     def nbytes(self) -> int:
-        """Memory where there are rows, by which a ping has fewer parts [bytes]."""
+        """Memory of a buffer with rows [bytes], which limits the parts of a ping computed at once; 0 without rows."""
         if self.rows is None or self.row_intensity is None:
             return 0
         return self.rows.nbytes + self.row_intensity.nbytes + self.cells.nbytes
@@ -110,8 +111,10 @@ class IncoherentAccumulator:
 
     ping_geometry: PingGeometry
     grid: TimeGrid
+    """Output samples and cells of the energy grid."""
     replica_jitter: ReplicaJitter
     table: PulseTable
+    """Samples of the received pulse."""
     delay_field: DelayField | None = None
     """Random delays in inhomogeneous water; None: homogeneous."""
     directions: DirectionPowers | None = None
@@ -144,7 +147,7 @@ class IncoherentAccumulator:
             self._add_pairs_to_rows(energies, pairs)
 
     def _add_pairs_to_rows(self, energies: IntensityBuffer, pairs: Pairs) -> None:
-        """Add the energies of all pairs about their directions; beam by beam where unlike directions interfere."""
+        """Add the energies of all pairs to the rows of directions; beam by beam where unlike directions interfere."""
         assert self.directions is not None
         assert energies.rows is not None
         directions, geometry = self.directions, self.ping_geometry
@@ -158,9 +161,9 @@ class IncoherentAccumulator:
         )  # fmt: skip
         for copy in split_by_coherence(coherent_subsets(pairs), self.delay_field, geometry):
             for one, interfering, independent in self.replica_jitter.expected_parts(copy):
-                some = PairEnergies(one.pair, one.strength, support, interfering, interfering + independent)
+                pair_energies = PairEnergies(one.pair, one.strength, support, interfering, interfering + independent)
                 by_direction, added, subtracted, left_out = deposit_pairs_on_rows(
-                    energies.rows, grid, legs, some, len(pairs.scatterers) >= DENSE
+                    energies.rows, grid, legs, pair_energies, len(pairs.scatterers) >= DENSE
                 )  # fmt: skip
                 self._add_groups_to_rows(energies, by_direction, interfering, independent)
                 self._add_groups_to_rows(energies, added, interfering, 0.0)
@@ -187,13 +190,13 @@ class IncoherentAccumulator:
                 )  # fmt: skip
 
     def _add_pair_to_rows(self, rows: Singles, pairs: Pairs) -> None:
-        """Add the energies of scatterers with one pair of legs each, about their directions."""
+        """Add the energies of scatterers with one pair of legs each to the rows adjacent to their directions."""
         assert self.directions is not None
         geometry, (i, j) = self.ping_geometry, pairs.pair[0]
         direction = receive_directions(pairs, geometry)[j]
         transmit_gain = geometry.transmit_beams.gain(pairs.transmit_legs.departure[i])[0]
-        level = float(amplitude_ratio(geometry.source_level_db))
-        power = np.square(level * transmit_gain * self.directions.common.gain(direction)[0])
+        source_pressure = float(amplitude_ratio(geometry.source_level_db))
+        power = np.square(source_pressure * transmit_gain * self.directions.common.gain(direction)[0])
         for leg in (pairs.transmit_legs.amplitude[i], pairs.receive_legs.amplitude[j]):
             power *= np.square(leg.real) + np.square(leg.imag)
         delay, row = pairs.transmit_legs.delay[i] + pairs.receive_legs.delay[j], self.directions.rows(direction)
@@ -208,21 +211,27 @@ class IncoherentAccumulator:
 
         Args:
             pairs: The legs.
-            receive_direction: Directions of the receive legs, from `receive_directions`; None: evaluated.
+            receive_direction: Directions of the receive legs, from `receive_directions`; None: evaluated here.
             receive_beams: Receive beams; None: those of the sonar.
         """
-        geometry, level = self.ping_geometry, float(amplitude_ratio(self.ping_geometry.source_level_db))
+        geometry = self.ping_geometry
+        source_pressure = float(amplitude_ratio(geometry.source_level_db))
         if receive_direction is None:
             receive_direction = receive_directions(pairs, geometry)
         receive_gain = (receive_beams or geometry.receive_beams).gain(receive_direction)
         if pairs.transmit_legs is not pairs.receive_legs:
             receive_weight = weights_from_gain(receive_gain, pairs.receive_legs, geometry.frequency)
-            return leg_weights(pairs.transmit_legs, geometry.transmit_beams, geometry.frequency, level), receive_weight
+            transmit_weight = leg_weights(
+                pairs.transmit_legs, geometry.transmit_beams, geometry.frequency, source_pressure
+            )
+            return transmit_weight, receive_weight
         if receive_beams is None and geometry.same_beams and receive_direction is pairs.receive_legs.departure:
             receive_weight = weights_from_gain(receive_gain, pairs.receive_legs, geometry.frequency)
-            return level * receive_weight, receive_weight
+            return source_pressure * receive_weight, receive_weight
         transmit_gain = geometry.transmit_beams.gain(pairs.transmit_legs.departure)
-        return weights_from_two_gains(transmit_gain, receive_gain, pairs.transmit_legs, geometry.frequency, level)
+        return weights_from_two_gains(
+            transmit_gain, receive_gain, pairs.transmit_legs, geometry.frequency, source_pressure
+        )
 
     def add_weighted(
         self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes
@@ -315,28 +324,28 @@ class IncoherentAccumulator:
 
     @property
     def pulse_duration(self) -> float:
-        """Equivalent duration of the received pulse's energy [s]."""
+        """Equivalent duration of the received pulse's envelope, see `_autocorrelation` [s]."""
         return _autocorrelation(self.table)[1]
 
     @property
     def pulse_lags(self) -> tuple[NDArray[np.complex64], float]:
-        """Autocorrelation of the pulse at lags from 0 on [1], and its rate [Hz]."""
+        """Autocorrelation of the pulse at lags from 0 on, 1 at 0 [1], (lags,); and its lags per second [Hz]."""
         return _autocorrelation(self.table)[0], self.table.rate / LAGS_PER_CELL
 
-    def add_fast_reverberation(self, energies: IntensityBuffer, swath: ReverberationSamples) -> None:
+    def add_fast_reverberation(self, energies: IntensityBuffer, samples: ReverberationSamples) -> None:
         """Add the mean intensity of the seabed from a block of reverberation samples."""
-        samples = self.weighted_samples(swath, *self.beam_amplitudes(swath))
-        self.add_pair_energies(energies, samples)
-        if len(swath.interference_ranges):
-            self.add_fringes(energies, swath, samples)
+        weighted_samples = self.weighted_samples(samples, *self.leg_and_beam_amplitudes(samples))
+        self.add_pair_energies(energies, weighted_samples)
+        if len(samples.interference_ranges):
+            self.add_fringes(energies, samples, weighted_samples)
 
-    def beam_amplitudes(self, swath: ReverberationSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Amplitudes of all legs times the gain of the transmit and of the receive beam [1], (f, n) each."""
+    def leg_and_beam_amplitudes(self, samples: ReverberationSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Amplitudes of all legs times those of the transmit, and of the receive beam towards them [1], (f, n) each."""
         geometry, receiver = self.ping_geometry, self._moving_receiver
-        transmit_amplitude = _leg_amplitudes(geometry.transmit_beams, swath)
+        transmit_amplitude = _leg_amplitudes(geometry.transmit_beams, samples)
         if receiver is None and geometry.same_beams:
             return transmit_amplitude, transmit_amplitude
-        return transmit_amplitude, _leg_amplitudes(geometry.receive_beams, swath, receiver)
+        return transmit_amplitude, _leg_amplitudes(geometry.receive_beams, samples, receiver)
 
     @cached_property
     def _moving_receiver(self) -> MovingArray | None:
@@ -344,27 +353,30 @@ class IncoherentAccumulator:
         return moving_array(self.ping_geometry)
 
     def weighted_samples(
-        self, swath: ReverberationSamples, transmit_amplitude: NDArray[np.float32],
+        self, samples: ReverberationSamples, transmit_amplitude: NDArray[np.float32],
         receive_amplitude: NDArray[np.float32],
     ) -> WeightedSamples:  # fmt: skip
-        """A block with the amplitudes of its legs and the energy of the source."""
-        together, mean = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
+        """Samples with the amplitudes of their legs, from `leg_and_beam_amplitudes`, and the pressure of the source."""
+        interfering, mean = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
         return WeightedSamples(
-            swath.delay, transmit_amplitude, receive_amplitude, swath.pair, swath.count, swath.rows,
-            swath.cross_section, float(amplitude_ratio(self.ping_geometry.source_level_db)), together, mean - together,
+            samples.delay, transmit_amplitude, receive_amplitude, samples.pair, samples.count, samples.rows,
+            samples.cross_section, float(amplitude_ratio(self.ping_geometry.source_level_db)), interfering,
+            mean - interfering,
         )  # fmt: skip
 
     def add_pair_energies(self, energies: IntensityBuffer, samples: WeightedSamples) -> None:
         """Add the energies of all pairs of a block, without the interference of pairs within one pulse duration."""
         deposit_pair_energies(samples, DelayCells(energies.cells[0], self.grid.first_time, self.grid.energy_rate))
 
-    def add_fringes(self, energies: IntensityBuffer, swath: ReverberationSamples, samples: WeightedSamples) -> None:
+    def add_fringes(
+        self, energies: IntensityBuffer, samples: ReverberationSamples, weighted_samples: WeightedSamples
+    ) -> None:
         """Add the interference of pairs that arrive within one pulse duration, which may be negative."""
         cells = DelayCells(energies.cells[0], self.grid.first_time, self.grid.energy_rate)
-        if samples.interference_factor > 0:
+        if weighted_samples.interference_factor > 0:
             deposit_interference(
-                samples, swath.amplitude, swath.interference_ranges, self.ping_geometry.frequency, *self.pulse_lags,
-                cells,
+                weighted_samples, samples.amplitude, samples.interference_ranges, self.ping_geometry.frequency,
+                *self.pulse_lags, cells,
             )  # fmt: skip
 
     def time_series(self, energies: IntensityBuffer, run: Mapper = map) -> Floats:
@@ -416,16 +428,19 @@ def _energy_filter(pulse: ReceivedPulse, grid: TimeGrid) -> EnergyFilter:
     return energy_filter(grid, pulse.spectrum(grid.frequencies))
 
 
-def _leg_amplitudes(beams: Beams, swath: ReverberationSamples, array: MovingArray | None = None) -> NDArray[np.float32]:
-    """Amplitude of every leg times the gain of one beam [1], shape (f, n); array: None for one at rest."""
-    amplitude = np.empty(swath.delay.shape, np.float32)
+def _leg_amplitudes(
+    beams: Beams, samples: ReverberationSamples, array: MovingArray | None = None
+) -> NDArray[np.float32]:
+    """Amplitude of every leg times that of one beam towards it [1], shape (f, n); array: None for one at rest."""
+    amplitude = np.empty(samples.delay.shape, np.float32)
     array = array or MovingArray(np.array([beams.axes]), np.zeros((2, 3)), is_moving=False, is_rotating=False)
-    leg_amplitudes(swath.departure, swath.amplitude, swath.delay, beams.kernel_tables, array, amplitude)
+    leg_amplitudes(samples.departure, samples.amplitude, samples.delay, beams.kernel_tables, array, amplitude)
     return amplitude
 
 
 @lru_cache(maxsize=4)
 def _is_short_pulse(table: PulseTable) -> bool:
+    """Return True if the integral of |autocorrelation| over all lags is above a quarter of the equivalent duration."""
     correlation, duration = _autocorrelation(table)
     correlation_time = np.abs(correlation[1:]).sum() * 2 * LAGS_PER_CELL / table.rate
     return bool(correlation_time > 0.25 * duration)
@@ -433,7 +448,10 @@ def _is_short_pulse(table: PulseTable) -> bool:
 
 @lru_cache(maxsize=4)
 def _autocorrelation(table: PulseTable) -> tuple[NDArray[np.complex64], float]:
-    """Autocorrelation of the pulse at lags from 0 on, 1 at 0, and the equivalent duration of its energy [s]."""
+    """Autocorrelation of the pulse at lags from 0 on, 1 at 0, and its equivalent duration [s].
+
+    The latter is the squared integral of |pulse|^2 over that of |pulse|^4: of a rectangle, its duration.
+    """
     pulse, rate = table.samples, table.rate
     size = scipy.fft.next_fast_len(2 * len(pulse))
     power = np.abs(scipy.fft.fft(pulse, size)) ** 2
@@ -469,8 +487,8 @@ def _sort(
     Args:
         delay_out: One-way delays of the transmit legs [s], (f, n).
         delay_back: One-way delays of the receive legs [s], (g, n).
-        transmit_weights: Weights of the transmit legs in one beam, (f, n).
-        receive_weights: Weights of the receive legs in one beam, (g, n).
+        transmit_weights: Weights of the transmit legs in one beam [uPa], (f, n).
+        receive_weights: Weights of the receive legs in one beam [1], (g, n).
         pair: Rows of the transmit and the receive leg of each pair, (p, 2).
         rows: Rows of the pairs to be processed.
         reciprocal: True if each of them also stands for its reverse, which has the same delay.
@@ -480,8 +498,11 @@ def _sort(
         independent_energy: Energy of each replica that does not interfere [1].
 
     Returns:
-        Delay and energy of single arrivals; then, of the others, the first row of each group (and the end),
-        delay and weight.
+        Delay of each single arrival [s].
+        Energy of each single arrival [uPa^2].
+        First replica of each group of interfering arrivals, and one past the last, (groups + 1,).
+        Delay of each replica of the groups [s].
+        Weight of each replica of the groups [uPa].
     """
     count, points = rows.size, delay_out.shape[1]
     single_delay, single_energy = np.empty(count * points), np.empty(count * points)

@@ -1,8 +1,8 @@
 """Labels of one ping: expected intensity by object and by pair of families, and occluded echoes.
 
 Intensities are those of the incoherent accumulator. Positions are mean values over the same paths, weighted by energy
-and smeared by the pulse as the recording is, but without interference. A shadow is where most of the direct echo of the
-seabed is missing: occluded legs keep the echo that they would have without occlusion.
+and smeared by the pulse as the recording is, but without interference. The echo that an object occludes is summed
+under its name: a shadow is where more of the direct echo of the seabed is occluded than is received.
 """
 
 from dataclasses import dataclass, replace
@@ -49,11 +49,13 @@ Complexes = NDArray[np.complex128]
 Rows = NDArray[np.intp]
 Masks = NDArray[np.bool_]
 SEABED_POINTS = 2.0
-"""Points per resolution cell at most along radials of the seabed, which the intensity does not use [1]."""
+"""Largest number of points per resolution cell along radials of the seabed that labels need, but no intensity [1]."""
 BINS_OF_CHANNELS, BINS_OF_ROWS = (8.0, 4), (8.0, 2)
-"""Least bins over the equivalent duration of a pulse, and most of them per sample: of channels, of directions [1]."""
+"""Least number of bins over the equivalent duration of a pulse, and largest number per sample [1]: of channels, and of
+rows of directions."""
 POINTS = 1.5
-"""Points per resolution cell at most; sparser than for the intensity, off by a few tenths of a decibel [1]."""
+"""Largest number of points per resolution cell [1]; fewer than for the intensity, an error of a few tenths of a
+decibel."""
 
 
 def label_names(
@@ -92,10 +94,11 @@ class LabelAccumulator:
     """Labels of the scene's occluders, in the order of their rows in `Legs.occluder`."""
     noise: float
     """Mean-square noise pressure that a target has to exceed [uPa^2]."""
-    is_fine: bool = True
-    """True: intensities as exact as those of the accumulator; False: of energies shared between two bins.
+    uses_energy_grid: bool = True
+    """True: energies are deposited on the energy grid, for intensities as exact as those of the accumulator. False: in
+    the coarser bins of positions, each shared between two of them.
 
-    The latter is less work, and blurs the edges of pulses: off by 0.02 to 0.25 dB rms down to 20 dB below the largest.
+    The latter is less work and blurs the edges of pulses: 0.02 to 0.25 dB rms down to 20 dB below the largest.
     """
 
     with_positions: bool = True
@@ -108,14 +111,14 @@ class LabelAccumulator:
 
     @cached_property
     def directions(self) -> DirectionPowers | None:
-        """Rows of directions, where beams are many."""
+        """Rows of directions, where beams are many; None: each channel has its own bins."""
         grid = self.accumulator.grid
-        cells = grid.energy_cell_count if self.is_fine else BINS_OF_ROWS[1] * grid.sample_count
+        cells = grid.energy_cell_count if self.uses_energy_grid else BINS_OF_ROWS[1] * grid.sample_count
         return direction_powers(self.geometry, 8 * len(self.names.pairs) * cells)
 
     @property
     def _row_count(self) -> int:
-        """Rows of directions; or channels, where there are no such rows."""
+        """Number of rows of directions; of channels, where there are no such rows."""
         return self.geometry.channel_count if self.directions is None else self.directions.beam_powers.shape[1]
 
     @property
@@ -126,11 +129,11 @@ class LabelAccumulator:
     def empty(self) -> LabelBuffer:
         """Empty buffer."""
         grid, bins = self.accumulator.grid, self._bins.size
-        cells = (grid.energy_cell_count if self.is_fine else bins) + MOMENTS * bins // 2
+        cells = (grid.energy_cell_count if self.uses_energy_grid else bins) + MOMENTS * bins // 2
         return LabelBuffer(LevelBuffers(), nbytes=8 * self._row_count * len(self.names.pairs) * cells)
 
     def add(self, buffer: LabelBuffer, pairs: Pairs) -> None:
-        """Add one block of scatterers to its object."""
+        """Add the energies of one block of scatterers to the sums of its object."""
         object_name = pairs.scatterers.object
         names = tuple(pair_name(transmit_family, receive_family) for transmit_family, receive_family in pairs.names())
         workspace = self._workspace(buffer, object_name, pairs, names)
@@ -147,7 +150,7 @@ class LabelAccumulator:
             pairs, names = pairs.select(received), tuple(names[row] for row in received)
         pairs_by_name = {name: pairs.select(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
         transmit_power, receive_power = _power(transmit_weights), _power(receive_weights)
-        if not self.is_fine and self._are_apart(pairs):
+        if not self.uses_energy_grid and self._are_apart(pairs):
             for name, named_pairs in pairs_by_name.items():
                 self._deposit_positions(
                     buffer, (object_name, name), named_pairs, transmit_power, receive_power, bins_by_key=buffer.sampled
@@ -165,7 +168,7 @@ class LabelAccumulator:
             self._add_occluded(buffer, pairs_by_name[STRAIGHT])
 
     def _are_apart(self, pairs: Pairs) -> bool:
-        """Return True for boundary echoes that are further apart than a pulse lasts, and not random."""
+        """Return True for boundary echoes without random phases, further apart in delay than the pulse lasts."""
         if pairs.scatterers.boundary != BOUNDARY_ECHO or self.accumulator.has_random_paths:
             return False
         delay = (pairs.transmit_legs.delay[pairs.pair[:, 0]] + pairs.receive_legs.delay[pairs.pair[:, 1]])[
@@ -174,11 +177,11 @@ class LabelAccumulator:
         apart = np.diff(np.sort(delay)) >= significant_duration(self.accumulator, self._bins)
         return bool(pairs.transmit_legs.glints is None and pairs.receive_legs.glints is None and apart.all())
 
-    def add_fast_reverberation(self, buffer: LabelBuffer, swath: ReverberationSamples) -> None:
+    def add_fast_reverberation(self, buffer: LabelBuffer, samples: ReverberationSamples) -> None:
         """Add the seabed from a block of reverberation samples, and its occluded echoes."""
         occluder_names = {SEABED_OCCLUDER: "seabed", **dict(enumerate(self.occluder_names))}
         add_reverberation_labels(
-            buffer, self.accumulator, swath, self._bins, occluder_names, is_fine=self.is_fine,
+            buffer, self.accumulator, samples, self._bins, occluder_names, uses_energy_grid=self.uses_energy_grid,
             with_positions=self.with_positions,
         )  # fmt: skip
 
@@ -210,14 +213,14 @@ class LabelAccumulator:
         return buffer.cells[object_name, pair_names]
 
     def _empty_cells(self, mixed: Masks) -> LabelCells:
-        """Empty cells and bins of some pairs; mixed: pairs of two different legs, (p,)."""
+        """Empty cells and bins of some pairs; mixed: mask of pairs of two different families, (p,)."""
         rows, bins, count = self._row_count, self._bins.size, len(mixed)
-        has_cells = np.ones(count, bool) if self.is_fine else mixed
+        has_cells = np.ones(count, bool) if self.uses_energy_grid else mixed
         pair_row = np.where(has_cells, np.cumsum(has_cells) - 1, -1)
-        cells = self.accumulator.grid.energy_cell_count if self.is_fine else bins
+        cells = self.accumulator.grid.energy_cell_count if self.uses_energy_grid else bins
         return LabelCells(
             np.zeros((rows, int(has_cells.sum()) + (count > 1), cells)),
-            np.zeros((rows, count, bins, MOMENTS), np.float32), pair_row, self.is_fine,
+            np.zeros((rows, count, bins, MOMENTS), np.float32), pair_row, self.uses_energy_grid,
         )  # fmt: skip
 
     def _deposit_all_pairs(
@@ -235,7 +238,7 @@ class LabelAccumulator:
         row = np.zeros(legs.delay.shape) if powers is None else powers.rows(directions)
         times = LabelGrid(
             grid.first_time, grid.energy_rate, bins.start, bins.rate,
-            0.0 if powers is None else np.pi * powers.extent * powers.step, self.is_fine,
+            0.0 if powers is None else np.pi * powers.extent * powers.step, self.uses_energy_grid,
         )  # fmt: skip
         for channel in range(1 if powers is not None else self.geometry.channel_count):
             points = LabelledPoints(
@@ -243,10 +246,10 @@ class LabelAccumulator:
                 np.arcsin(legs.grazing_sine),
                 strength, pairs.scatterers.position, row,
             )  # fmt: skip
-            some = slice(None) if powers is not None else slice(channel, channel + 1)
+            rows = slice(None) if powers is not None else slice(channel, channel + 1)
             groups = deposit_labels(
-                points, pair, overlap, times, self.geometry.receive_position, label_cells.cells[some],
-                label_cells.pair_row, label_cells.bins[some],
+                points, pair, overlap, times, self.geometry.receive_position, label_cells.cells[rows],
+                label_cells.pair_row, label_cells.bins[rows],
             )  # fmt: skip
             if len(groups[1]):
                 if (object_name, ALL) not in buffer.curves:
@@ -259,6 +262,7 @@ class LabelAccumulator:
     def _add_intensity(
         self, buffer: LabelBuffer, key: Key, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes
     ) -> None:
+        """Add the intensity of some pairs to the curve of a key, given the weights of all legs of their block."""
         if key not in buffer.curves:
             buffer.curves[key] = self.accumulator.empty()
         self.accumulator.add_weighted(buffer.curves[key], pairs, transmit_weights, receive_weights)
@@ -273,8 +277,8 @@ class LabelAccumulator:
             buffer: Buffer, added to in place.
             key: Object and pair of families of the paths.
             pairs: The paths.
-            transmit_power: Power of the transmit legs in each beam [uPa^2], (beams, f, points).
-            receive_power: Power of the receive legs in each beam [1], (beams, f, points).
+            transmit_power: Squared amplitude of the transmit legs in each beam [uPa^2], (beams, f, points).
+            receive_power: Squared amplitude of the receive legs in each beam [1], (beams, f, points).
             point_rows: Points to which the powers belong; None: all of them.
             bins_by_key: Bins by key, added to in place; None: those of the buffer whose energies are in curves.
         """
@@ -302,7 +306,7 @@ class LabelAccumulator:
         deposit_label_positions(by_delay, transmit, receive, pairs.pair, strength, position, geometry.receive_position)
 
     def _add_occluded(self, buffer: LabelBuffer, pairs: Pairs) -> None:
-        """Add the energies that occluded direct paths to the seabed would have without occlusion."""
+        """Add the energies that occlusion removes from direct paths to the seabed, to the bins of the occluders."""
         occluded = np.zeros(len(pairs.scatterers), bool)
         ends = (pairs.transmit_legs, pairs.pair[:, 0]), (pairs.receive_legs, pairs.pair[:, 1])
         for legs, rows in ends:
@@ -328,8 +332,8 @@ class LabelAccumulator:
 
     @cached_property
     def _bins(self) -> BinGrid:
-        """Bins of the ping: where they stand for intensities, some cover the pulse; fewer where beams are many."""
-        if self.is_fine:
+        """Bins of the ping: one per sample; several over the pulse where intensities are taken from them."""
+        if self.uses_energy_grid:
             return bin_grid(self.accumulator)
         return bin_grid(self.accumulator, *(BINS_OF_CHANNELS if self.directions is None else BINS_OF_ROWS))
 
@@ -356,7 +360,7 @@ def _power(weight: Complexes) -> Floats:
 
 
 def _unoccluded_power(legs: Legs, beams: Beams, point_rows: Rows) -> Floats:
-    """Power of the legs to some points in each beam, without occlusion [1], (beams, f, points)."""
+    """Squared amplitude of the legs to some points in each beam, without occlusion [1], (beams, f, points)."""
     amplitude = (
         legs.spreading[:, point_rows]
         * legs.absorption[:, point_rows]
@@ -366,11 +370,11 @@ def _unoccluded_power(legs: Legs, beams: Beams, point_rows: Rows) -> Floats:
 
 
 def _removed_fraction(transmit: Legs, receive: Legs, i: int, j: int, occluder_row: int) -> Floats:
-    """Fraction of each echo by transmit leg i and receive leg j that one occluder removes [1], (n,)."""
+    """Fraction of the energy of each echo by transmit leg i and receive leg j that one occluder removes [1], (n,)."""
     ends = ((transmit, i), (receive, j))
     occluded = [legs.status[row] == LegStatus.OCCLUDED for legs, row in ends]
-    exists = [cut | (legs.status[row] == LegStatus.CLEAR) for (legs, row), cut in zip(ends, occluded, strict=True)]
+    exists = [mask | (legs.status[row] == LegStatus.CLEAR) for (legs, row), mask in zip(ends, occluded, strict=True)]
     occluder = np.where(occluded[0], transmit.occluder[i], receive.occluder[j])
     affected = exists[0] & exists[1] & (occluded[0] | occluded[1]) & (occluder == occluder_row)
-    transmitted = np.abs(transmit.visibility[i] * receive.visibility[j]) ** 2
-    return np.where(affected, np.maximum(1 - transmitted, 0.0), 0.0)
+    remaining_fraction = np.abs(transmit.visibility[i] * receive.visibility[j]) ** 2
+    return np.where(affected, np.maximum(1 - remaining_fraction, 0.0), 0.0)

@@ -15,11 +15,11 @@ Floats = NDArray[np.float64]
 SIGNIFICANT = 1e-6
 """Intensity of a pulse re its maximum below which it interferes with no other [1]."""
 ROUNDING = 1e-6
-"""Part of a sample by which lags may lie outside the pulse [1]."""
+"""Fraction of a sample interval by which lags may lie outside the pulse [1]."""
 
 
 class BinGrid(NamedTuple):
-    """Bins of delay from the first to the last echo that contributes to a sample."""
+    """Bins over two-way delay, from the first to the last echo that contributes to a sample."""
 
     start: float
     """Delay of the first bin [s]."""
@@ -30,16 +30,16 @@ class BinGrid(NamedTuple):
     per_sample: int
     """Bins in a sample [1]."""
     samples: int
-    """Samples in a bin; it or `per_sample` is 1."""
+    """Output samples in a bin; this or `per_sample` is 1 [1]."""
 
 
 def bin_grid(accumulator: IncoherentAccumulator, least_bins: float = 0.0, most_per_sample: int = 1) -> BinGrid:
-    """Bins of energy and position of a ping, so many samples long, or so many in a sample, as is a power of two.
+    """Bins of energy and position of a ping: their number per sample, or samples per bin, is a power of two.
 
     Args:
         accumulator: Incoherent accumulator of the ping.
-        least_bins: Least number of bins over the equivalent duration of the pulse; 0: one per sample.
-        most_per_sample: Most bins in a sample, whatever the pulse.
+        least_bins: Least number of bins over the equivalent duration of the pulse [1]; 0: one per sample.
+        most_per_sample: Largest number of bins per sample, which takes precedence [1].
     """
     grid = accumulator.grid
     lead, tail = _ringing(accumulator.ping_geometry.pulse, grid.sample_rate)
@@ -54,24 +54,24 @@ def bin_grid(accumulator: IncoherentAccumulator, least_bins: float = 0.0, most_p
 
 @lru_cache(maxsize=4)
 def _ringing(pulse: ReceivedPulse, rate: float) -> tuple[int, int]:
-    """Samples of the pulse after, and before, an echo's delay; cached because the filter's extent is slow."""
+    """Number of samples of the pulse after, and before, an echo's delay; cached, as the extent is slow to compute."""
     return max(0, int(np.ceil(pulse.stop * rate))), max(0, int(np.ceil(-pulse.start * rate)))
 
 
 def pulse_energy(accumulator: IncoherentAccumulator, grid: BinGrid) -> Floats:
-    """Energy of a ping's pulse at the lags of the bins that contribute to some successive samples [1].
+    """Squared envelope of a ping's pulse at the lags of the bins that contribute to the samples of one bin [1].
 
-    Sample r + `grid.samples` q is the sum over k of row r times the bins k + `grid.per_sample` q.
+    Intensity sample r + `grid.samples` q is the sum over k of row r at k times energy of bin k + `grid.per_sample` q.
 
     Returns:
-        Shape (`grid.samples`, lags).
+        Weights of bins, shape (`grid.samples`, lags).
     """
     return _pulse_energy(accumulator.ping_geometry.pulse, accumulator.grid.sample_rate, grid)
 
 
 @lru_cache(maxsize=4)
 def _pulse_energy(pulse: ReceivedPulse, rate: float, grid: BinGrid) -> Floats:
-    """Energy of a pulse at the lags of bins, cached because the samples of a pulse are slow."""
+    """Squared envelope of a pulse at the lags of bins; cached, as its samples are slow to compute."""
     lead, tail = _ringing(pulse, rate)
     bins = np.arange(-(-(lead + tail + grid.samples - 1) // grid.samples) * grid.per_sample + 1)
     lag = (lead + np.arange(grid.samples)[:, None]) / rate - bins / grid.rate
@@ -88,7 +88,17 @@ def significant_duration(accumulator: IncoherentAccumulator, grid: BinGrid) -> f
 
 
 def smeared(energies: Iterable[NDArray[Any]], pulse: Floats, grid: BinGrid, shape: tuple[int, int]) -> Floats:
-    """Energies of bins convolved with the pulse, each of (channels, bins) to the shape (channels, samples), stacked."""
+    """Intensities [uPa^2] from energies of bins, convolved with the pulse.
+
+    Args:
+        energies: Energies of k sums in bins [uPa^2], each of shape (channels, bins).
+        pulse: Weights of bins, from `pulse_energy`.
+        grid: The bins.
+        shape: Number of channels, and of samples.
+
+    Returns:
+        Shape (k, channels, samples).
+    """
     rows = list(energies)
     series = np.zeros((len(rows), *shape))
     for values, row in zip(rows, series, strict=True):

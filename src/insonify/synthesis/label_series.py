@@ -17,6 +17,7 @@ from insonify.synthesis.level_curves import pair_name
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 STRAIGHT = pair_name(DIRECT, DIRECT)
+"""Name of the direct path, D-D."""
 
 
 def labels_of(
@@ -30,7 +31,7 @@ def labels_of(
         accumulator: Incoherent accumulator of the same ping.
         names: Names of objects and pairs.
         noise: Mean-square noise pressure that a target has to exceed [uPa^2].
-        grid: Its bins of energy and position.
+        grid: The bins of energy and position.
         with_positions: True: `Labels`; False: `MaskLabels` alone.
     """
     bins, geometry, curves = _bins(buffer), accumulator.ping_geometry, _Curves(buffer, accumulator)
@@ -70,7 +71,7 @@ def labels_of(
 
 
 def _bins(buffer: LabelBuffer) -> dict[Key, Singles]:
-    """Energy and positions by key, those of smooth targets squared."""
+    """Energies and energy-weighted positions by key; of smooth targets from the squared sums of pressures."""
     bins = dict(buffer.bins)
     others = [*buffer.sampled.items(), *((key, flashes.bins) for key, flashes in buffer.flashes.items())]
     for key, values in others:
@@ -84,7 +85,7 @@ class _Curves:
     def __init__(self, buffer: LabelBuffer, accumulator: IncoherentAccumulator) -> None:
         self._buffer, self._accumulator = buffer, accumulator
         self._cached_series: dict[tuple[Key, ...], Floats] = {}
-        self._made: list[tuple[IntensityBuffer, Floats]] = []
+        self._computed: list[tuple[IntensityBuffer, Floats]] = []
 
     def of_object(self, object_name: str) -> Floats:
         """Expected intensity of one object, (channels, samples)."""
@@ -106,7 +107,7 @@ class _Curves:
         self, object_name: str, whole: Floats, shared_keys: list[Key], energy: dict[Key, Floats], names: LabelNames,
         by_pair: list[Floats],
     ) -> None:  # fmt: skip
-        """Divide an object's intensity, without interference, among pairs without curves, by their energies."""
+        """Divide an object's intensity, without interference, among pairs without curves, in proportion to energies."""
         common = self._buffer.common.get(object_name)
         if common is not None:
             alone = self._buffer.curves[object_name, ALL]
@@ -116,18 +117,18 @@ class _Curves:
             by_pair[rows[0]] = by_pair[rows[0]] + whole
             return
         total = np.asarray(sum(energy[key] for key in shared_keys))
-        part = np.divide(whole, total, out=np.zeros_like(whole), where=total > 0)
+        ratio = np.divide(whole, total, out=np.zeros_like(whole), where=total > 0)
         for key, row in zip(shared_keys, rows, strict=True):
-            by_pair[row] = by_pair[row] + part * energy[key]
+            by_pair[row] = by_pair[row] + ratio * energy[key]
 
     def _lacks_curve(self, key: Key) -> bool:
-        """Return True for a pair whose energies have no curve but that of its object."""
+        """Return True for a pair of which only the curve of its object holds the energies."""
         (object_name, pair), curves = key, self._buffer.curves
         has_own = (object_name, pair) in curves or (object_name, PAIR_ONLY + pair) in curves
         return not has_own and pair != HIDDEN and key not in self._buffer.sampled
 
     def _series(self, keys: tuple[Key, ...]) -> Floats:
-        """Series of the sum of some curves."""
+        """Time series of the sum of some curves [uPa^2], (channels, samples)."""
         if keys not in self._cached_series:
             grid, parts = self._accumulator.grid, [self._buffer.curves[key] for key in keys]
             parts = [curve for curve in parts if curve.specular_sums or curve.cells.any() or curve.intensity.any()]
@@ -143,12 +144,12 @@ class _Curves:
         return self._cached_series[keys]
 
     def _series_of(self, curve: IntensityBuffer) -> Floats:
-        """Series of one curve; that of an equal one, such as of an object with a single pair, is not made again."""
-        for other, series in self._made:
+        """Series of one curve; that of an equal curve, as of an object with a single pair, is reused."""
+        for other, series in self._computed:
             if np.array_equal(other.cells, curve.cells) and np.array_equal(other.intensity, curve.intensity):
                 return series
-        self._made.append((curve, self._accumulator.time_series(curve)))
-        return self._made[-1][1]
+        self._computed.append((curve, self._accumulator.time_series(curve)))
+        return self._computed[-1][1]
 
 
 def _masks(

@@ -22,7 +22,7 @@ Sums = TypeVar("Sums")
 PAIR_ONLY = "pair:"
 """Prefix of a pair's name: energies that count for the pair alone, and for the object only with other pairs."""
 HIDDEN = "hidden"
-"""In place of a pair's name: energies that the object occludes."""
+"""In place of a pair's name: direct echo of the seabed that the object occludes."""
 
 
 def is_curve_of(object_name: str, key: Key) -> bool:
@@ -35,13 +35,14 @@ class LabelCells:
     """Cells and bins of all pairs of one object, by channels or by rows of directions."""
 
     cells: Floats
-    """Energies that `deposit_labels` adds, (rows, q, cells)."""
+    """Energies that `deposit_labels` adds [uPa^2], (rows, q, cells)."""
     bins: Singles
-    """Energies and positions, (rows, pairs, bins, MOMENTS)."""
+    """Energies [uPa^2] and energy-weighted positions, (rows, pairs, bins, MOMENTS)."""
     pair_row: NDArray[np.intp]
-    """Row of each pair in the second axis of the cells; -1 for none, (pairs,)."""
-    is_fine: bool
-    """True: the cells hold the energies of pairs; False: only their interference, at the rate of the bins."""
+    """Index of each pair along the second axis of the cells; -1 for none, (pairs,)."""
+    uses_energy_grid: bool
+    """True: the cells are those of the energy grid and hold the energies of pairs; False: they have the rate of the
+    bins and hold interference only."""
 
     def __iadd__(self, other: "LabelCells") -> "LabelCells":
         """Add the cells and bins of another part."""
@@ -69,11 +70,11 @@ class LabelBuffer:
     Shape (channels, bins).
     """
     cells: dict[tuple[str, tuple[str, ...]], LabelCells] = field(default_factory=dict)
-    """Cells and bins of an object and its pairs, by channels or by rows of directions, which are nowhere else yet."""
+    """Cells and bins by (object, names of its pairs), of channels or of rows of directions, in no other field yet."""
     common: dict[str, IntensityBuffer] = field(default_factory=dict)
     """Interference between pairs within one pulse duration by object, as far as it is in its curve `ALL`."""
     flashes: dict[Key, SpecularLabelSums] = field(default_factory=dict)
-    """Pressures of smooth targets by (object, pair), whose blocks may be incomplete."""
+    """Pressures of smooth targets by (object, pair), to which further blocks may be added."""
     nbytes: int = 0
     """Estimated size of the sums of one object [bytes]."""
 
@@ -102,25 +103,26 @@ class LabelBuffer:
             added: Cells and bins of the channels.
             samples: Samples of the recording.
         """
-        more = LabelBuffer(LevelBuffers())
+        added_sums = LabelBuffer(LevelBuffers())
         for row, name in enumerate(pair_names):
-            (more.bins if added.is_fine else more.sampled)[object_name, name] = added.bins[:, row]
+            (added_sums.bins if added.uses_energy_grid else added_sums.sampled)[object_name, name] = added.bins[:, row]
         names = {name: row for name, row in zip(pair_names, added.pair_row.tolist(), strict=True) if row >= 0}
         if len(pair_names) > 1:
             names[ALL] = added.cells.shape[1] - 1
         for name, row in names.items():
             cells = added.cells[:, row]
-            if added.is_fine:
-                more.curves[object_name, name] = IntensityBuffer(cells, np.zeros((len(cells), samples)))
+            if added.uses_energy_grid:
+                added_sums.curves[object_name, name] = IntensityBuffer(cells, np.zeros((len(cells), samples)))
             else:
-                more.excess[object_name, name] = cells
-        self.__iadd__(more)
+                added_sums.excess[object_name, name] = cells
+        self.__iadd__(added_sums)
 
 
 class RecordedSums(NamedTuple):
     """Sums of the labels that an expected intensity of the same points has as well."""
 
     energies: IntensityBuffer
+    """Energies of the seabed, and of boundary echoes where nothing else is received [uPa^2]."""
     intensity: NDArray[np.floating[Any]] | None
     """Time series of the whole recording [uPa^2], shape (channels, samples); None: not evaluated."""
     is_all: bool

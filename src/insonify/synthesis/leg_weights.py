@@ -1,4 +1,4 @@
-"""Complex weight of a leg in each beam: amplitude, beam gain and carrier phase."""
+"""Complex weight of a leg in each beam: amplitude of the leg, amplitude of the beam and phase of the carrier."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,10 @@ def leg_weights(legs: Legs, beams: Beams, frequency: float, scale: float = 1.0) 
         legs: Legs between one end and n points, by f families.
         beams: Beams of that end.
         frequency: Carrier [Hz].
-        scale: Factor on all weights, such as the source's pressure [uPa at 1 m].
+        scale: Factor on all weights: 1, or the source's pressure at 1 m [uPa].
 
     Returns:
-        Amplitude times beam times exp(-j 2 pi frequency delay), shape (beams, f, n).
+        Amplitude times beam amplitude times exp(-j 2 pi frequency delay), shape (beams, f, n).
     """
     return weights_from_gain(beams.gain(legs.departure), legs, frequency, scale)
 
@@ -31,7 +31,7 @@ def weights_from_gain(gain: Floats, legs: Legs, frequency: float, scale: float =
     """Complex weight of every leg, given the gain of every beam.
 
     Args:
-        gain: Gain of the beams towards the legs [1], shape (beams, f, n).
+        gain: Amplitude of the beams towards the legs [1], shape (beams, f, n).
         legs: Legs between one end and n points, by f families.
         frequency: Carrier [Hz].
         scale: Factor on all weights.
@@ -48,8 +48,8 @@ def weights_from_two_gains(
     """Complex weights of legs that serve for transmission and for reception; see `weights_from_gain`.
 
     Args:
-        transmit_gain: Gain of the transmit beams towards the legs [1], shape (transmit beams, f, n).
-        receive_gain: Gain of the receive beams towards the legs [1], shape (receive beams, f, n).
+        transmit_gain: Amplitude of the transmit beams towards the legs [1], shape (transmit beams, f, n).
+        receive_gain: Amplitude of the receive beams towards the legs [1], shape (receive beams, f, n).
         legs: Legs between one end and n points, by f families.
         frequency: Carrier [Hz].
         scale: Factor on the weights of the transmit beams.

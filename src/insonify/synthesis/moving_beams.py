@@ -45,7 +45,7 @@ def deposit_beams(
     spreading, the receive pattern and the Doppler factor at the time of reception.
 
     Args:
-        cells: Grids of pressure, shape (bands, channels, groups, cells, waveforms of a group).
+        cells: Grids of pressure [uPa], added to in place, shape (bands, channels, groups, cells, waveforms of a group).
         pairs: Transmit and receive legs of the block, and strengths.
         ping: Conditions of reception.
         direction_grid: Direction grid, whose rows replace the channels; None: beams directly.

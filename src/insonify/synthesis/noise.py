@@ -70,11 +70,13 @@ def receiver_noise(
     rate = pulse.receiver.sample_rate
     period = scipy.fft.next_fast_len(count + int(np.ceil((pulse.stop - pulse.start) * rate)))
     offset = scipy.fft.fftfreq(period, 1 / rate)
-    shape = receiver_filter(pulse, offset)
-    shape = shape if slope is None else shape * np.sqrt(slope(offset))
+    filter_response = receiver_filter(pulse, offset)
+    filter_response = filter_response if slope is None else filter_response * np.sqrt(slope(offset))
     root = np.sqrt(float(intensity_ratio(level_db)) * rate)
     rows = [
-        scipy.fft.ifft(scipy.fft.fft(random_keys.complex_normals(seed, stream, ping, channel, period)) * shape)[:count]
+        scipy.fft.ifft(
+            scipy.fft.fft(random_keys.complex_normals(seed, stream, ping, channel, period)) * filter_response
+        )[:count]
         for channel in range(channels)
     ]
     return (root * np.array(rows)).astype(np.complex64)

@@ -24,11 +24,11 @@ Complexes = NDArray[np.complex128]
 MAX_DEPTH = 1e-9
 """Depth of an array along boresight, in wavelengths, below which it counts as planar [1]."""
 AT_ONCE = 4_000_000
-"""Channels times directions that are processed together."""
+"""Largest product of numbers of channels and directions that are processed together."""
 MIN_AZIMUTHS = 720
-"""Directions around an array of differently oriented elements: baffle edges lie between nodes."""
+"""Least number of azimuths around an array of differently oriented elements: baffle edges lie between nodes."""
 DIAGONAL_LOADING = 1e-9
-"""Fraction of the power added to the diagonal, so that identical channels keep the matrix positive definite [1]."""
+"""Fraction of the mean power added to the diagonal: the matrix is positive definite also of identical channels [1]."""
 
 
 def noise_covariance(ping_geometry: PingGeometry, directionality: Directionality) -> Complexes:
@@ -66,7 +66,7 @@ def covariance_factor(covariance: Complexes) -> Complexes:
 
 
 def _closed_form(ping_geometry: PingGeometry) -> Floats | None:
-    """Covariance of isotropic noise for small omnidirectional or planar arrays of equal elements; else None."""
+    """Covariance of isotropic noise of point elements, omnidirectional, or equal ones in one plane; else None."""
     from scipy.special import spherical_jn
 
     elements, pattern = ping_geometry.elements, ping_geometry.receive_beams
@@ -87,6 +87,7 @@ def _closed_form(ping_geometry: PingGeometry) -> Floats | None:
 
 
 def _distances(position: Floats) -> Floats:
+    """Distance of every two positions (m, 3) [m], shape (m, m)."""
     return np.asarray(np.sqrt(sum((axis[:, None] - axis) ** 2 for axis in position.T)))
 
 
@@ -165,19 +166,19 @@ def _directions(
         yield direction, np.outer(along[1][first : first + rows], around[1]).ravel()
 
 
-def _gauss(edges: Floats, cycles: float) -> tuple[Floats, Floats]:
-    """Gauss-Legendre nodes and weights over adjacent intervals, for waves of `cycles` radians per unit.
+def _gauss(edges: Floats, wavenumber: float) -> tuple[Floats, Floats]:
+    """Gauss-Legendre nodes and weights over adjacent equal intervals, for waves of `wavenumber` radians per unit.
 
     Source: Gauss-Legendre quadrature; a wave exp(j K x) over -1 to 1 needs a little over K / 2 nodes.
     """
     from scipy.special import roots_legendre
 
     half = np.diff(edges)[0] / 2
-    node, weight = roots_legendre(_node_count(cycles * half))
+    node, weight = roots_legendre(_node_count(wavenumber * half))
     centres = (edges[:-1] + edges[1:]) / 2
     return (centres[:, None] + half * node).ravel(), np.tile(half * weight, len(centres))
 
 
-def _node_count(waves: float) -> int:
-    """Number of nodes for a wave of `waves` radians over half an interval."""
-    return int(np.ceil(waves / 2 + 6 * np.cbrt(waves) + 12))
+def _node_count(phase: float) -> int:
+    """Number of nodes for a wave that turns by `phase` [rad] over half an interval."""
+    return int(np.ceil(phase / 2 + 6 * np.cbrt(phase) + 12))

@@ -1,7 +1,7 @@
 """Receive beams at the time of reception, for expected intensities of a moving sonar.
 
-Delays and levels are those of the start of the ping. A beam that has moved and rotated by the time of reception misses
-part of what was insonified: 2.4 dB for 1.5 m at 100 kHz abeam at 3 m/s, too much to be neglected.
+Delays and amplitudes are those of the start of the ping. A beam that has moved and rotated by the time of reception
+misses part of what was insonified: 2.4 dB for 1.5 m at 100 kHz abeam at 3 m/s, too much to be neglected.
 """
 
 import numpy as np
@@ -63,7 +63,7 @@ def moving_array(ping_geometry: PingGeometry) -> MovingArray | None:
         return None
     orders = [axes]
     if is_rotating:
-        rate, acceleration = motion.rotation_rates
+        rate, acceleration = motion.rotation_rates  # two-way delay: twice the one-way delay
         orders += [2 * axes @ rate, 4 * axes @ acceleration]
     displacement = np.array([2 * centre.velocity, 2 * centre.acceleration]) / sound_speed
     return MovingArray(np.array(orders), displacement, is_moving=True, is_rotating=is_rotating)

@@ -27,9 +27,10 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 MAX_NEIGHBOUR_DISTANCE = 1.2
-"""Distance up to which elements are neighbours, re the distance to their nearest neighbour [1]."""
+"""Largest distance of neighbouring elements, re the larger of their distances to the nearest element [1]."""
 MAX_STEPWISE_DEVIATION = 1.5
-"""Standard deviation up to which rounding is summed over codes [steps]; above, it adds a twelfth (1e-18 off)."""
+"""Standard deviation below which the power of rounded numbers is summed over codes [steps]; above, rounding adds a
+twelfth of a squared step, with an error of 1e-18."""
 STEPS = 16
 """Number of codes in that sum."""
 
@@ -107,10 +108,10 @@ class ReceiverChain:
             return power
         deviation = np.sqrt(power / 2) / self.quantisation_step
         rounded = power + self.quantisation_step**2 / 6
-        is_fine = deviation < MAX_STEPWISE_DEVIATION
+        is_small = deviation < MAX_STEPWISE_DEVIATION
         edges = np.arange(STEPS) + 0.5
-        tail_probability = erfc(edges / (np.sqrt(2) * np.maximum(deviation[is_fine], 1e-12)[:, None]))
-        rounded[is_fine] = 2 * self.quantisation_step**2 * (tail_probability @ (2 * np.arange(STEPS) + 1.0))
+        tail_probability = erfc(edges / (np.sqrt(2) * np.maximum(deviation[is_small], 1e-12)[:, None]))
+        rounded[is_small] = 2 * self.quantisation_step**2 * (tail_probability @ (2 * np.arange(STEPS) + 1.0))
         return rounded
 
 
@@ -135,8 +136,8 @@ def receiver_chain(sonar: Sonar, water: Water, pulse: ReceivedPulse, grid: TimeG
         return None
     feedthrough, neighbours = np.empty(0, complex), None
     if receiver.crosstalk is not None and receiver.crosstalk.feedthrough_db is not None:
-        level = sonar.source_level_db + receiver.crosstalk.feedthrough_db
-        feedthrough = amplitude_ratio(level) * pulse.samples(grid.time)
+        feedthrough_level_db = sonar.source_level_db + receiver.crosstalk.feedthrough_db
+        feedthrough = amplitude_ratio(feedthrough_level_db) * pulse.samples(grid.time)
     if receiver.crosstalk is not None and receiver.crosstalk.neighbours_db is not None:
         neighbours = csr_array(float(amplitude_ratio(receiver.crosstalk.neighbours_db)) * neighbour_matrix(sonar))
     blanked = np.zeros(grid.sample_count, bool)

@@ -25,7 +25,7 @@ from insonify.records.pairs import Pairs
 
 @lru_cache(maxsize=4)
 def _squared_sinc(jitter: float) -> float:
-    """Mean product of two replicas with a largest random phase [wavelengths], re that without [1]."""
+    """Mean product of two replicas with random phases uniform up to `jitter` [wavelengths], re that without [1]."""
     return float(np.sinc(jitter) ** 2)
 
 
@@ -35,8 +35,9 @@ class ReplicaJitter:
 
     seed: int
     ping: int
+    """Number of the ping."""
     jitter: float
-    """Largest random phase, one cycle per wavelength [wavelengths]."""
+    """Largest random phase, as the change of path length of that phase [wavelengths]."""
     amplitude: float
     """Largest random relative change of amplitude [1]."""
 
@@ -50,12 +51,12 @@ class ReplicaJitter:
 
     @property
     def interference_factor(self) -> float:
-        """Mean product of two replicas re that without jitter, but for perturbed families and objects [1]."""
+        """Mean product of two replicas re that without jitter, of families and objects without perturbation [1]."""
         return _squared_sinc(self.jitter)
 
     @property
     def mean_energy(self) -> float:
-        """Mean energy of one replica re that without jitter, but for perturbed families and objects [1]."""
+        """Mean energy of one replica re that without jitter, of families and objects without perturbation [1]."""
         return 1 + self.amplitude**2 / 3
 
     def largest(self, object_name: str, transmit_family: str, receive_family: str) -> tuple[float, float]:
@@ -98,10 +99,13 @@ class ReplicaJitter:
         return result
 
     def expected_parts(self, pairs: Pairs) -> Iterator[tuple[Pairs, float, float]]:
-        """Copies of a block whose mean intensities add, each with the weight of its interference and of its energies.
+        """Copies of a block whose mean intensities add.
 
         Args:
             pairs: Pairs of one block.
+
+        Yields:
+            Copy, factor of |sum of its replicas|^2 [1], factor of its sum of |replica|^2 [1].
         """
         if not self.perturbations:
             yield pairs, self.interference_factor, self.mean_energy - self.interference_factor
@@ -122,12 +126,15 @@ def replica_jitter(seed: int, ping: int, path_settings: PathSettings) -> Replica
 
 
 def _code(ray: str) -> int:
-    """Number below 256 of each ray: twice its bounces, plus one if bottom first, plus 32 for each ray before it."""
+    """Number below 256 of each ray, part of the key of its random numbers.
+
+    Twice its bounces, plus one if the bottom comes first, plus 32 for each ray of the family before it.
+    """
     family = ray.rstrip("0123456789")
     if family.startswith("F"):  # by way of a face: of all codes those of the fifth ray and beyond
         return 128 + zlib.crc32(ray.encode()) % 128
-    string = bounce_sequence(family)
-    return 32 * (int(ray[len(family) :] or 1) - 1) + 2 * len(string) + (first_boundary(string) == "bottom")
+    letters = bounce_sequence(family)
+    return 32 * (int(ray[len(family) :] or 1) - 1) + 2 * len(letters) + (first_boundary(letters) == "bottom")
 
 
 @njit(cache=True, nogil=True)

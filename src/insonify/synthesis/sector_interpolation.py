@@ -46,13 +46,13 @@ class SectorInterpolation:
     axis: Floats
     """Unit vector along the array in the world, shape (3,)."""
     max_cosine: float
-    """Largest cosine between that and the directions of the sector [1]."""
+    """Largest magnitude of the cosine between `axis` and the directions of the sector [1]."""
     point_position: Floats
     """Interpolation points along the array, -1..1, shape (p,)."""
     element_position: Floats
     """Positions of the elements along the array, -1..1, shape (m,)."""
     weights: NDArray[np.float32]
-    """Weight of each point at each element, shape (m, p)."""
+    """Weight of each point at each element [1], shape (m, p)."""
     first_delay: float
     """Delay of the echoes whose pulse has its middle in the first sample [s]."""
     sample_rate: float
@@ -62,8 +62,8 @@ class SectorInterpolation:
         """Add the time series at the interpolation points to those of the elements.
 
         Args:
-            points: Time series at the points, shape (p, samples).
-            elements: Result: those of the elements, shape (m, samples).
+            points: Time series at the points [uPa], shape (p, samples).
+            elements: Time series of the elements [uPa], added to in place, shape (m, samples).
         """
         interpolate_to_elements(
             points, elements, self.first_delay, self.sample_rate, self.limits, self.point_position,

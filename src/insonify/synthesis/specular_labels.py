@@ -25,7 +25,8 @@ class SpecularLabelSums:
     pressure: NDArray[np.complex128]
     """Sum of the pressures [uPa], shape (channels, bins)."""
     incoherent: Floats
-    """Sum of squared magnitudes [uPa^2], alone and times each position column, shape (channels, bins, MOMENTS)."""
+    """Sum of the squared magnitudes of the facets [uPa^2], and of them times north, east, down re the receiver [m] and
+    times grazing angle [rad], shape (channels, bins, MOMENTS)."""
 
     @classmethod
     def empty(cls, channels: int, bins: int) -> "SpecularLabelSums":
@@ -65,13 +66,13 @@ def deposit_specular_labels(
     i, j = pairs.pair.T
     count = sums.pressure.shape[1]
     bin_number = np.rint((pairs.transmit_legs.delay[i] + pairs.receive_legs.delay[j] - start) * rate)
-    source_amplitude = float(amplitude_ratio(ping_geometry.source_level_db))
+    source_pressure = float(amplitude_ratio(ping_geometry.source_level_db))
     transmit_legs, frequency = pairs.transmit_legs, ping_geometry.frequency
-    transmit_weights = leg_weights(transmit_legs, ping_geometry.transmit_beams, frequency, source_amplitude)
+    transmit_weights = leg_weights(transmit_legs, ping_geometry.transmit_beams, frequency, source_pressure)
     receive_weights = leg_weights(pairs.receive_legs, ping_geometry.receive_beams, ping_geometry.frequency)
     position = pairs.scatterers.position - ping_geometry.receive_position
-    transmitted, received = (np.abs(legs.grazing_sine) for legs in (pairs.transmit_legs, pairs.receive_legs))
-    grazing = (np.arcsin(transmitted)[i] + np.arcsin(received)[j]) / 2
+    transmit_sine, receive_sine = (np.abs(legs.grazing_sine) for legs in (pairs.transmit_legs, pairs.receive_legs))
+    grazing = (np.arcsin(transmit_sine)[i] + np.arcsin(receive_sine)[j]) / 2
     columns = [*np.broadcast_to(position.T[:, None], (3, *bin_number.shape)), grazing]
     for channel, (pressure, incoherent) in enumerate(zip(sums.pressure, sums.incoherent, strict=True)):
         weight = (

@@ -20,7 +20,7 @@ from insonify.synthesis.time_grid import OVERSAMPLING, TimeGrid, convolve_pulse,
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 PAGE = 64
-"""Increment of the samples of a sum."""
+"""Number of samples to a multiple of which extents are rounded: few distinct lengths of transforms."""
 
 
 @dataclass(slots=True)
@@ -28,9 +28,9 @@ class _PressureSum:
     """Pressures on the cells of a range of samples."""
 
     first_sample: int
-    """Number of the first sample."""
+    """Number of the first sample, from the start of the time grid's window; may be negative."""
     cells: NDArray[np.complex64]
-    """Grid of pressures, shape (channels, cells)."""
+    """Grid of pressures [uPa], `OVERSAMPLING` cells to a sample, shape (channels, cells)."""
 
     def extended(self, first: int, stop: int) -> "_PressureSum":
         """Copy extended to samples from `first` to before `stop`."""
@@ -61,7 +61,7 @@ class SpecularSums:
             key: Key of the sum.
             power_fraction: Weight of its power [1].
             delay: Delay of each arrival [s], shape (n,).
-            weight: Complex weight in each channel, carrier phase included, shape (channels, n).
+            weight: Complex weight in each channel, carrier phase included [uPa], shape (channels, n).
         """
         rate = self.grid.sample_rate
         sample = (delay - self.grid.start) * rate

@@ -8,7 +8,7 @@ from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis.arrival_weights import arrival_weights
 
 AT_ONCE = 200_000
-"""Arrivals that are deposited together: their pulses fit in memory."""
+"""Number of arrivals, or of pairs of them, that are deposited together: their pulses fit in memory."""
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -21,7 +21,7 @@ def spike_power(arrivals: Arrivals, ping_geometry: PingGeometry, time: Floats, c
         arrivals: Paths of one ping, all that are received at those times.
         ping_geometry: The sonar at that ping.
         time: Times in equal steps [s], shape (time,).
-        channel: Index of the beam.
+        channel: Index of the beam pair, or of the element.
 
     Returns:
         Intensity at those times [uPa^2], shape (time,).

@@ -25,12 +25,13 @@ OVERSAMPLING = 2
 """Cells per output sample of the grid of pressures; the grid of energies has twice as many."""
 
 ROUNDING = 1e-14
-"""Intensity re the largest of its channel below which the transforms leave rounding errors, and there is none [1]."""
+"""Intensity re the largest of its channel below which the transforms leave rounding errors, and it is set to 0 [1]."""
 FEW = 16
-"""Cells of a channel with energy up to which their responses are added up, in less time than by transforms [1]."""
+"""Largest number of cells of a channel with energy for which their responses are summed, faster than transforms."""
 _CHANNELS = 16
-"""Channels that are transformed at once."""
+"""Number of channels that are transformed at once."""
 _LINE = 8
+"""Numbers of complex64 in a cache line of 64 bytes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +167,7 @@ def convolve_waveforms(
 
 
 def grid_factors(grid: TimeGrid, spectra: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Factors [1] from transforms of the cells to spectra of a series: of the pulse, less that of the gridding kernel.
+    """Factors [1] from transforms of cells to the transform of a series: of the pulse over that of the gridding kernel.
 
     Args:
         grid: The grid.
@@ -204,10 +205,10 @@ class EnergyFilter(NamedTuple):
     """Filter from the energy grid to intensities."""
 
     factors: NDArray[np.complex128]
-    """Factors [1] of the transforms of every fourth cell, starting at the first, second, third and fourth cell, shape
-    (energy_padded // 2 + 1, 4)."""
+    """Factors [1] of the transforms of every fourth cell, starting at cell 0, 1, 2 and 3,
+    shape (energy_padded // 2 + 1, 4)."""
     responses: NDArray[np.float64]
-    """Series of one energy in each of the first four cells [1], shape (4, energy_padded)."""
+    """Intensity over time of unit energy in each of the first four cells [1], shape (4, energy_padded)."""
 
 
 def convolve_energy(
@@ -263,7 +264,7 @@ def convolve_energy_spectrum(
 def add_filtered(
     parts: NDArray[np.complex128], factors: NDArray[np.complex128], spectra: NDArray[np.complex128]
 ) -> None:
-    """Sum of transforms times their filters.
+    """Fill the sums of transforms times their filters.
 
     Args:
         parts: Transforms of p series of each channel, (channels, frequencies, p).
@@ -281,13 +282,13 @@ def add_filtered(
 def _series_of_few(
     cells: NDArray[np.float64], filled: NDArray[np.intp], grid: TimeGrid, responses: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Series of one channel with few energies: a sum of shifted responses, the same but for rounding."""
+    """Intensity of one channel with few energies: a sum of shifted responses, as by transforms but for rounding."""
     series = np.zeros(grid.energy_padded)
     for cell in filled.tolist():
-        late, phase = divmod(cell, 2 * OVERSAMPLING)
+        first, phase = divmod(cell, 2 * OVERSAMPLING)
         response = responses[phase]
-        series[late:] += cells[cell] * response[: len(series) - late]
-        series[:late] += cells[cell] * response[len(series) - late :]
+        series[first:] += cells[cell] * response[: len(series) - first]
+        series[:first] += cells[cell] * response[len(series) - first :]
     series[series < ROUNDING * series.max(initial=0.0)] = 0.0
     return series[grid.lead_samples : grid.lead_samples + grid.sample_count]
 
@@ -321,6 +322,7 @@ def energy_filter(grid: TimeGrid, spectrum: NDArray[np.complex128]) -> EnergyFil
 
 
 def _central(transform: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:
+    """The `count` frequencies of a transform next to the carrier, in the order of the DFT."""
     half = count // 2
     return np.concatenate([transform[:half], transform[-half:]])
 

@@ -30,7 +30,7 @@ class TracedAccumulator:
         return Requirements(rays=True)
 
     def empty(self) -> Floats:
-        """Empty grid of energies, shape (channels, cells)."""
+        """Empty grid of energies [uPa^2], shape (channels, cells)."""
         return self.grid.energy_cells(self.ping_geometry.channel_count)
 
     def add(self, cells: Floats, traced_echoes: list[EchoEnergies]) -> None:

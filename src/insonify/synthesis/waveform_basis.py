@@ -32,20 +32,21 @@ from insonify.synthesis.time_grid import TimeGrid, grid_factors
 Floats = NDArray[np.float64]
 
 ERROR = 1e-6
-"""Error of the weighted sum, re the peak of an echo from the direction of the largest gain [1]."""
+"""Largest error of the weighted sum, re the peak of an echo from the direction of the largest gain [1]."""
 MAX_WAVEFORMS = 48
 """Largest number of waveforms [1]."""
 NEGLIGIBLE_GAIN = 10 ** (-45 / 20)
-"""Two-way gain below which a direction's Doppler factor is neglected, re the largest gain [1]."""
+"""Two-way amplitude gain below which a direction's Doppler factor is neglected, re the largest gain [1]."""
 _AZIMUTHS, _ELEVATIONS = 720, 37
+"""Numbers of azimuths and elevations of the directions in which gains are evaluated."""
 _STEPS = 129
-"""Steps of a `DopplerSpectrum` [1]."""
+"""Number of Doppler factors of a `DopplerSpectrum`."""
 _MARGIN = 0.02
-"""Sine of half the angle between directions, and more [1]."""
+"""Tolerance for the spacing of evaluated directions, more than the sine of half of it [1]."""
 _MAX_EXPONENT = 600.0
-"""Exponent up to which errors are evaluated: products of distances may be larger than 1 [1]."""
+"""Largest exponent with which errors are evaluated, against overflow: products of distances may exceed 1 [1]."""
 _SPREADS = np.array([1.0, 0.95, 0.9, 0.8, 0.65, 0.5, 0.4, 0.32, 0.25, 0.2, 0.16, 0.12, 0.1])
-"""Spreads of nodes about the peak, re Chebyshev's of the whole range [1]."""
+"""Spreads of nodes about the peak that are tried, re that of Chebyshev nodes of the whole range [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +82,10 @@ class WaveformBasis:
         )
 
     def _part(self, pulse: ReceivedPulse, band: int, row: int, offset: Floats) -> NDArray[np.complex128]:
-        """Weight of one waveform's frequency node at offsets from the carrier [Hz], with the shift about its middle."""
+        """Weight of frequency node `band` at offsets from the carrier [Hz], with the shift of Doppler node `row` [1].
+
+        The shift is that of `_stretch_about_middle`; shape of offset.
+        """
         centred = _stretch_about_middle(pulse, float(self.doppler[row]), offset)
         return np.asarray(lagrange_weights(self.band, offset, -self.band_edge, self.band_edge)[band] * centred)
 
@@ -108,11 +112,11 @@ class WaveformBasis:
         """
         if len(self.band) == 1 and len(self.doppler) == 1:
             return pulse.samples(time)[None]
-        parts, waveforms = self.weights(doppler), np.zeros((len(self.band), len(time)), complex)
+        node_weights, waveforms = self.weights(doppler), np.zeros((len(self.band), len(time)), complex)
         shift = start_delay(pulse, doppler)
-        for band, row in np.ndindex(waveforms.shape[0], len(parts)):
+        for band, row in np.ndindex(waveforms.shape[0], len(node_weights)):
             tables = pulse.doppler_filtered(float(self.doppler[row]), partial(self._part, pulse, band, row))
-            waveforms[band] += parts[row] * tables.samples(time + shift)
+            waveforms[band] += node_weights[row] * tables.samples(time + shift)
         return waveforms * np.exp(2j * np.pi * pulse.pulse.frequency * shift)
 
 
@@ -128,7 +132,7 @@ def start_delay(pulse: ReceivedPulse, doppler: ArrayLike) -> Floats:
 
 
 def _stretch_about_middle(pulse: ReceivedPulse, doppler: float, offset: Floats) -> NDArray[np.complex128]:
-    """Phase factors that shift a pulse stretched about its start to one stretched about its middle."""
+    """Phase factors that shift a pulse stretched about its start to one about its middle [1], shape of offset."""
     return np.asarray(np.exp(-2j * np.pi * (pulse.pulse.frequency + offset) * start_delay(pulse, doppler)))
 
 
@@ -172,7 +176,7 @@ def _motion_key(ping_geometry: PingGeometry) -> tuple[Hashable, ...]:
 def _moving_basis(
     ping_geometry: PingGeometry, error: float, band: Floats, has_bands: bool, across: Plane | None
 ) -> WaveformBasis:  # fmt: skip
-    """Waveform basis of a moving sonar, computed."""
+    """Compute the waveform basis of a moving sonar; arguments are those of `waveform_basis`."""
     pulse, edge = ping_geometry.pulse.pulse, half_bandwidth(ping_geometry.pulse) if has_bands else np.inf
     widening = pulse.frequency / max(pulse.frequency - edge, pulse.frequency / 2) if has_bands else 1.0
     spectrum = doppler_spectrum(ping_geometry, widening, across)
@@ -197,11 +201,12 @@ class DopplerSpectrum(NamedTuple):
 
 
 def doppler_nodes(spectrum: DopplerSpectrum, phase: float, error: float = ERROR) -> Floats:
-    """Doppler nodes: as few as hold the error, and as far apart as then possible; `MAX_WAVEFORMS` where none hold it.
+    """Smallest number of Doppler nodes that keep the error, as far apart as they then may be; at most `MAX_WAVEFORMS`.
 
     Args:
         spectrum: Doppler factors and gains.
-        phase: Largest phase by which half a pulse is turned re that in the middle of the range [rad].
+        phase: Largest phase by which a Doppler factor at the end of the range turns the end of the pulse, re the middle
+            of both [rad].
         error: Largest error times gain [1].
 
     Returns:
@@ -218,7 +223,7 @@ def doppler_nodes(spectrum: DopplerSpectrum, phase: float, error: float = ERROR)
 
 
 def _nodes_and_error(spectrum: DopplerSpectrum, phase: float, count: int, error: float) -> tuple[Floats, float]:
-    """Chebyshev nodes drawn together about the peak until they hold an error, or to the least error; that error."""
+    """Chebyshev nodes, drawn together about the peak until the error is kept (or least), and their error times gain."""
     node = -np.cos((np.arange(count) + 0.5) * np.pi / count)
     nodes = spectrum.peak + _SPREADS[:, None] * (node - spectrum.peak)
     x = np.linspace(-1, 1, len(spectrum.gain))
@@ -300,14 +305,17 @@ _AXES_DECIMALS = 12
 def _insonified_directions(
     transmit_beams: Beams, receive_beams: Beams | None, *, is_bistatic: bool
 ) -> tuple[Floats, Floats, Floats]:
-    """Directions in the beams, out of a set all around the transmit array, each (any, 3), and the gain in the latter.
-
-    They are cached for the same arrays.
+    """Directions in the transmit and the receive beams, and amplitude gain in the latter; cached for the same arrays.
 
     Args:
         transmit_beams: Transmit beams.
         receive_beams: Receive beams; None: omnidirectional.
         is_bistatic: True for two platforms; otherwise the two-way gain counts.
+
+    Returns:
+        Unit vectors with transmit gain in the world [1], shape (any, 3).
+        Unit vectors with receive gain in the world [1], shape (n, 3).
+        Gain in the latter re the largest [1], shape (n,).
     """
     frame, key = transmit_beams.axes, [is_bistatic, transmit_beams.pattern_key]
     transmit, receive = transmit_beams.rotated(np.eye(3)), None
@@ -321,7 +329,7 @@ def _insonified_directions(
 def _directions_in_beams(
     transmit_beams: Beams, receive_beams: Beams | None, *, is_bistatic: bool
 ) -> tuple[Floats, Floats, Floats]:
-    """Directions in the beams in the frame of their axes, and the gain in the latter re the largest, computed."""
+    """Compute the result of `_insonified_directions` in the frame of the transmit array."""
     azimuth, down = np.meshgrid(
         np.linspace(-np.pi, np.pi, _AZIMUTHS, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, _ELEVATIONS)
     )

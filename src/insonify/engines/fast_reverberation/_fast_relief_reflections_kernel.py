@@ -1,4 +1,4 @@
-"""Legs of fast reverberation off local planes, as columns of its samples. Plain numbers and arrays only."""
+"""Legs of fast reverberation reflected at local planes, as columns of its samples. Plain numbers and arrays only."""
 
 import math
 from typing import Any, NamedTuple
@@ -19,20 +19,23 @@ Singles = NDArray[np.float32]
 CHUNK = 128
 """Legs that are evaluated together, in the first-level cache."""
 _ROW, _DOWN, _DEPARTURE, _REAL, _LENGTH, _ROOT = (np.uint64(CHUNK * row) for row in (1, 2, 3, 6, 8, 9))
-"""Size of a row of the workspace, and starts of rows: arrival (three), departure (three), pressure (two), others."""
+"""Length of a row of the workspace, and starts of later rows; the first three rows are the arrival.
+
+Then three of departure, real and imaginary part of pressure, length, and root of one less the sine of grazing angle.
+"""
 
 
 class SamplesOnSegments(NamedTuple):
     """Samples that legs of one family reach, on segments of radials between two of them, the nodes."""
 
     row: Integers
-    """Number of each sample, (m,)."""
+    """Index of each sample in the columns of `RadialLegs`, (m,)."""
     segment: Integers
-    """Node at which the segment begins; the next one ends it, (m,)."""
+    """Index of the node at which the segment begins; the next one ends it, (m,)."""
     fraction: Floats
-    """Part of the segment before the sample [1], (m,)."""
+    """Distance of the sample from that node, re the length of the segment [1], (m,)."""
     listed: Integers
-    """Number of each sample in `SampleLists`, (m,)."""
+    """Index of each sample in the columns of points of `SampleLists`, (m,)."""
     point: Floats
     """North, east, depth of the nodes [m], (k, 3)."""
 
@@ -40,44 +43,44 @@ class SamplesOnSegments(NamedTuple):
 @njit(cache=True, nogil=True, error_model="numpy")
 def reached_samples(
     position: Floats, amplitude: NDArray[np.complex64], legs: RadialLegs, list_starts: Integers, beam_bearing: Singles,
-    spacing: tuple[float, float], samples: SamplesOnSegments,
+    node_spacing: tuple[float, float], samples: SamplesOnSegments,
 ) -> tuple[int, int]:  # fmt: skip
-    """Fill the samples that legs of one family reach; return their number, and that of the nodes.
+    """Fill the samples that legs of one family reach and the nodes among them; return the numbers of both.
 
     Args:
         position: North, east, depth of the sonar [m], (3,).
-        amplitude: Amplitude of the legs, 0 for no path [1], (at least n,).
+        amplitude: Pressure of the family's legs, see `RadialLegs`, 0 for no path [1], (at least n,).
         legs: Legs to the n samples of s radials.
         list_starts: First sample of each radial in `beam_bearing`, (s,).
         beam_bearing: See `SampleLists`.
-        spacing: Longest segment over the root of the leg's length [m^0.5], and height of the family's image of the
-            sonar above the seabed [m].
-        samples: Result, (n,) and (n, 3).
+        node_spacing: Longest segment over the root of the leg's length [m^0.5], and height of the family's image of the
+            sonar above or below the mean seabed [m].
+        samples: Result, columns of shape (n,) and (n, 3) of which the first elements are filled.
     """
     row, segment, fraction, listed, point = samples
     radial_offsets, distance, depth = legs.radial_offsets, legs.range_depth[0], legs.range_depth[1]
-    per_root, height = spacing
+    length_factor, image_height = node_spacing
     count, nodes = 0, 0
     for s in range(list_starts.size):
-        first, shift = count, list_starts[s] - radial_offsets[s]
+        first, list_shift = count, list_starts[s] - radial_offsets[s]
         for n in range(radial_offsets[s], radial_offsets[s + 1]):
             if amplitude[n].real != 0 or amplitude[n].imag != 0:
-                row[count], listed[count] = n, n + shift
+                row[count], listed[count] = n, n + list_shift
                 count += 1
         begin = first
         while begin < count:
-            at, end = distance[row[begin]], begin + 1
-            longest = per_root * math.sqrt(math.hypot(at, height))
-            while end + 1 < count and distance[row[end + 1]] - at <= longest:
-                end += 1
-            length = distance[row[min(end, count - 1)]] - at
-            for m in range(begin, min(end, count)):
-                segment[m], fraction[m] = nodes, (distance[row[m]] - at) / length if m > begin else 0.0
-            n, at_sonar = row[begin], listed[begin]
+            node_distance, next_node = distance[row[begin]], begin + 1
+            longest = length_factor * math.sqrt(math.hypot(node_distance, image_height))
+            while next_node + 1 < count and distance[row[next_node + 1]] - node_distance <= longest:
+                next_node += 1
+            length = distance[row[min(next_node, count - 1)]] - node_distance
+            for m in range(begin, min(next_node, count)):
+                segment[m], fraction[m] = nodes, (distance[row[m]] - node_distance) / length if m > begin else 0.0
+            n, listed_node = row[begin], listed[begin]
             for i in range(2):
-                point[nodes, i] = position[i] + distance[n] * beam_bearing[i, at_sonar]
+                point[nodes, i] = position[i] + distance[n] * beam_bearing[i, listed_node]
             point[nodes, 2] = depth[n]
-            nodes, begin = nodes + 1, end
+            nodes, begin = nodes + 1, next_node
     return count, nodes
 
 
@@ -85,10 +88,18 @@ def reached_samples(
 def _node_columns(
     position: Floats, point: Floats, paths: ImagePaths, reflection: NDArray[np.complex64], sign: float
 ) -> Floats:
-    """Columns of the nodes that are linear along segments, (k, 8).
+    """Columns of k nodes that are interpolated linearly along segments, (k, 8).
 
-    They are the image of the sonar re the sonar [m], departure less arrival, the latter's vertical part times `sign`,
-    and the reflection, 0 without a path.
+    Args:
+        position: North, east, depth of the sonar [m], (3,).
+        point: North, east, depth of the nodes [m], (k, 3).
+        paths: Paths to the nodes.
+        reflection: Product of the reflection coefficients of each path [1], (k,).
+        sign: -1 for a family with an odd number of bounces, else 1.
+
+    Returns:
+        Position of the sonar's image re the sonar [m]; departure less arrival, of which the vertical part is multiplied
+        by `sign` [1]; real and imaginary part of the reflection, 0 without a path [1].
     """
     columns = np.empty((point.shape[0], 8))
     for k in range(point.shape[0]):
@@ -105,16 +116,18 @@ def _interpolate_columns(
     begin: int, depth: float, samples: SamplesOnSegments, nodes: Floats, legs: RadialLegs, beam_bearing: Singles,
     workspace: Floats,
 ) -> None:  # fmt: skip
-    """Interpolate the columns of the nodes at the next samples; the first three become vectors from image to sample.
+    """Interpolate the columns of the nodes at the next `CHUNK` samples.
+
+    The first three become the vector from the image to the sample.
 
     Args:
-        begin: First of the samples.
+        begin: Index of the first of these samples.
         depth: Depth of the sonar [m].
         samples: The samples.
         nodes: See `_node_columns`.
         legs: Legs of the radials.
         beam_bearing: See `SampleLists`.
-        workspace: Result, and the normals of the samples, 11 rows of `CHUNK`.
+        workspace: Result: 8 rows of `CHUNK` elements, and 3 rows with the normals of the samples.
     """
     distances, depths = legs.range_depth[0], legs.range_depth[1]
     values, normal_n, normal_e, normal_d = nodes.reshape(nodes.size), legs.normal[0], legs.normal[1], legs.normal[2]
@@ -147,9 +160,10 @@ def _reflect(count: int, sign: float, absorption: np.float32, workspace: Floats)
 
     Args:
         count: Number of legs.
-        sign: Factor of the vertical direction at the sonar.
+        sign: Vertical component of the direction at the sonar re that at the sample, without tilt of planes, 1 or -1.
         absorption: Absorption as the base-2 exponent of pressure [1/m].
-        workspace: Columns of `_interpolate_columns`. Result: arrival; departure; pressure; length [m], and root [1].
+        workspace: Columns of `_interpolate_columns`. Result: arrival; departure; pressure re 1 m; length [m], and
+            root [1].
     """
     for q in range(np.uint64(count)):  # in one array: no loop over so many arrays is vectorised
         x, y, z = workspace[q], workspace[_ROW + q], workspace[_DOWN + q]
@@ -174,13 +188,13 @@ def write_image_paths(
     position: Floats, samples: SamplesOnSegments, beam_bearing: Singles, paths: ImagePaths,
     reflection: NDArray[np.complex64], slowness: float, f: int, table: FamilyTable, legs: RadialLegs,
 ) -> None:  # fmt: skip
-    """Overwrite the legs of one family to some samples: images of the sonar are linear along segments.
+    """Overwrite the legs of one family to some samples: images of the sonar are interpolated along segments.
 
     Args:
         position: North, east, depth of the sonar [m], (3,).
         samples: The samples.
         beam_bearing: See `SampleLists`.
-        paths: The paths to the nodes off local planes, k of them.
+        paths: The paths to the k nodes, reflected at local planes.
         reflection: Product of the reflection coefficients of each path [1], (k,).
         slowness: One over the speed of sound [s/m].
         f: Row of the family.
@@ -214,16 +228,16 @@ def displace_refracted_legs(
     position: Floats, samples: SamplesOnSegments, beam_bearing: Singles, paths: ImagePaths, f: int, table: FamilyTable,
     legs: RadialLegs,
 ) -> None:  # fmt: skip
-    """Move the refracted legs of one family to some samples by what local planes change in straight ones.
+    """Change the refracted legs of one family to some samples as local planes change straight ones.
 
     To first order a plane that is h higher at a bounce shortens a leg by 2 h sin(grazing) in any water, so the change
-    of the straight path is scaled by the ratio of the sines.
+    of the straight path is multiplied by the ratio of the vertical directions at the sample.
 
     Args:
         position: North, east, depth of the sonar [m], (3,).
         samples: The samples.
         beam_bearing: See `SampleLists`.
-        paths: Straight paths to the nodes, off local planes or, where there is none, off the mean seabed, k of them.
+        paths: Straight paths to the k nodes, reflected at local planes or, where there is none, at the mean seabed.
         f: Row of the family.
         table: Tables of the families.
         legs: Legs over the mean seabed, changed in row f of its columns.
@@ -252,14 +266,14 @@ def displace_refracted_legs(
             delay[n] += excess / table.refraction.bed_speed
             scale = 2.0 ** (-absorption * excess) * flat_length / (flat_length + excess)
             scale /= _root_direction_factor(arrival, legs.normal, n, direction_factor)
-            for end in range(2):
-                columns = arrival if end == 0 else departure
+            for side in range(2):
+                columns = arrival if side == 0 else departure
                 square = 0.0
                 for i in range(3):
-                    turned[end, i] = columns[i, n] + change[end, i]
-                    square += turned[end, i] * turned[end, i]
+                    turned[side, i] = columns[i, n] + change[side, i]
+                    square += turned[side, i] * turned[side, i]
                 for i in range(3):
-                    columns[i, n] = turned[end, i] / math.sqrt(square)
+                    columns[i, n] = turned[side, i] / math.sqrt(square)
             amplitude[n] *= scale * _root_direction_factor(arrival, legs.normal, n, direction_factor)
 
 

@@ -14,9 +14,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 OCCLUDING_MARGIN = 0.98
-"""Part of the distance from which seabed may occlude, for the rounding of heights between nodes of the map [1]."""
+"""Factor on heights and distances of terrain that cannot occlude, for rounding between nodes of the map [1]."""
 LEAST_LENGTH_FACTOR = (27 / 4) ** 0.25
-"""Least length of a leg, to the power of 1.5, over its horizontal distance and the root of its height [1]."""
+"""Least L^1.5 / (d sqrt(h)) of a leg of length L, horizontal distance d and height h [1], where d = sqrt(2) h."""
 
 
 class RadialProfile(NamedTuple):
@@ -27,9 +27,9 @@ class RadialProfile(NamedTuple):
     sample_count: int
     """Number of samples of the radial."""
     start_steps: float
-    """Distance of the first sample [steps]."""
+    """Horizontal distance of the first sample, in steps [1]."""
     step: float
-    """Distance of samples [m]."""
+    """Spacing of samples [m]."""
     launch_slope: Singles
     """Launch slopes of `running_horizon` [1], (horizons, samples)."""
     horizon: Singles
@@ -46,11 +46,11 @@ def running_horizon(
     Args:
         terrain: Depth of the seabed [m], (at least count,).
         image: Depth of the image source of a family [m].
-        rising: True if the family's last bounce is off the bottom.
-        step: Distance of samples [m].
-        start_steps: Distance of the first sample [steps].
-        samples: First sample of the radial that is needed, and count, the number after the last.
-        launch_slope: Result, tangents [1], (at least count,).
+        rising: True if the family's last bounce is at the bottom.
+        step: Spacing of samples [m].
+        start_steps: Horizontal distance of the first sample, in steps [1].
+        samples: Index of the first sample that is needed, and count, the index after the last.
+        launch_slope: Result, tangents of launch angles [1], (at least count,).
         horizon: Result, smallest tangent up to each sample, or largest from it on if `rising` [1], (at least count,).
     """
     sign = np.float32(-1.0 if rising else 1.0)
@@ -63,7 +63,7 @@ def running_horizon(
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def running_extreme(rising: bool, samples: tuple[int, int], launch_slope: Singles, horizon: Singles) -> None:
-    """Fill the launch horizons of `running_horizon` from the launch slopes."""
+    """Fill the launch horizons from the launch slopes; arguments are those of `running_horizon`."""
     begin, count = samples
     if rising:
         most = np.float32(-np.inf)
@@ -72,7 +72,7 @@ def running_extreme(rising: bool, samples: tuple[int, int], launch_slope: Single
             horizon[k] = most
         return
     size, part = count - begin, (count - begin) // 4
-    # four parts side by side: each minimum waits for the one before it
+    # minima of four parts side by side, since each minimum depends on the one before; the parts are joined below
     first, second, third = np.float32(np.inf), np.float32(np.inf), np.float32(np.inf)
     fourth = np.float32(np.inf)
     slopes_1, least_1 = launch_slope[begin : begin + part], horizon[begin : begin + part]
@@ -121,14 +121,20 @@ def mark_clear_bounces(channel: IsovelocityChannel, families: FamilyTable, clear
         clear[f] = True
         for s in range(bounce_codes.shape[1]):
             if bounce_codes[f, s] == 2:
-                width = LEAST_LENGTH_FACTOR * math.sqrt(channel.wavelength * climb * max(1 - climb / height, 0.0))
-                clear[f] = clear[f] and OCCLUDING_MARGIN * width > rise
+                max_rise = LEAST_LENGTH_FACTOR * math.sqrt(channel.wavelength * climb * max(1 - climb / height, 0.0))
+                clear[f] = clear[f] and OCCLUDING_MARGIN * max_rise > rise
             climb += channel.water_depth
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_used_horizons(clear: NDArray[np.bool_], families: FamilyTable, used: NDArray[np.bool_]) -> None:
-    """Mark the launch horizons of all segments of families, or of the last one of those of `mark_clear_bounces`."""
+    """Mark the launch horizons of all segments of families; of those of `mark_clear_bounces` only of the last segment.
+
+    Args:
+        clear: Result of `mark_clear_bounces`, (f,).
+        families: Tables of the families.
+        used: Result, True for such launch horizons, (h,).
+    """
     used[:] = False
     for f in range(clear.size):
         bounces = bounce_count(f, families)
@@ -149,16 +155,16 @@ def bounce_count(family: int, families: FamilyTable) -> int:
 def first_occluding_sample(
     listed: int, channel: IsovelocityChannel, families: FamilyTable, used: NDArray[np.bool_]
 ) -> int:
-    """First sample of a radial that may occlude one from a given one on, in rays that do not rise off the seabed.
+    """First sample of a radial that may occlude a given one or one beyond it, by rays that do not rise from the seabed.
 
-    In water of one sound speed a ray to the seabed is steeper than any to the deepest seabed as far away; no nearer
-    seabed occludes it than that whose highest terrain would be launched at less.
+    In water of one sound speed a ray to a sample at distance d has at most the launch slope of the deepest seabed,
+    below / d. Seabed at x has at least the slope above / x, so it occludes only from x = d above / below on.
 
     Args:
-        listed: Number of the first sample that is evaluated.
+        listed: Index of the first sample that is evaluated.
         channel: Water of the straight rays, with the span of the seabed.
         families: Tables of the families.
-        used: Result of `mark_used_horizons`.
+        used: Result of `mark_used_horizons`, (h,).
     """
     highest, lowest = channel.terrain_span
     ratio = 1.0
@@ -182,10 +188,10 @@ def mark_lit_samples(
     Args:
         family_bits: Families that are requested, a bit for each.
         profile: Terrain and launch horizons along the radial.
-        first: First sample that is needed.
+        first: Index of the first sample that is needed.
         families: Tables of the families.
         clear: Result of `mark_clear_bounces`.
-        lit_families: Result from that sample on, such families of each, a bit for each, (samples,).
+        lit_families: Result from that sample on, families that reach each sample, a bit for each, (samples,).
     """
     depth, lit = profile.terrain[first : profile.sample_count], lit_families[first : profile.sample_count]
     lit[:] = 0
@@ -208,7 +214,7 @@ def mark_reached_samples(
     Args:
         family: Row of the family, and the bit that is set.
         reached_families: Result, families that reach each listed sample, a bit for each, (at least m,).
-        sample_number: Number of each listed sample along the radial, (m,).
+        sample_number: Index of each listed sample along the radial, (m,).
         requested_families: Families requested at each listed sample, a bit for each, (m,).
         profile: Terrain and launch horizons along the radial.
         channel: Water of the straight rays.
@@ -229,8 +235,8 @@ def mark_reached_samples(
                 )
             else:
                 tangent = abs(terrain[index] - families.image_depths[family]) / distance
-                up_or_down = channel.water_depth - channel.sonar_depth if codes[0] == 2 else channel.sonar_depth
-                ray = BouncingRay(distance, up_or_down / tangent, channel.water_depth / tangent, tangent, tangent)
+                to_boundary = channel.water_depth - channel.sonar_depth if codes[0] == 2 else channel.sonar_depth
+                ray = BouncingRay(distance, to_boundary / tangent, channel.water_depth / tangent, tangent, tangent)
             if _clears_terrain(codes, families.horizon_row[family], bounces, ray, profile, channel.wavelength):
                 reached_families[i] |= bit
 
@@ -243,7 +249,7 @@ def _clears_terrain(
 
     Args:
         codes: Codes of the bounces of its family, see `FamilyTable`.
-        horizon_row: Launch horizon of each of its segments.
+        horizon_row: Row of the launch horizon of each of its segments.
         bounces: Number of its bounces.
         ray: The ray.
         profile: See `mark_reached_samples`.

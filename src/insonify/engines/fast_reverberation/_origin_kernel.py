@@ -1,4 +1,4 @@
-"""Positions and grazing angles of the samples of radials. Plain numbers and arrays only."""
+"""Positions, grazing angles and direct legs of the samples of radials. Plain numbers and arrays only."""
 
 import math
 from typing import Any
@@ -31,7 +31,7 @@ def arcsine(x: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
 def grazing_angles(arrival: Singles, normal: Singles, grazing: Singles) -> None:
-    """Fill the grazing angles of legs at their samples.
+    """Fill the grazing angles of legs, from the facets of their samples.
 
     Args:
         arrival: Direction of travel at the samples [1], (f, 3, n).
@@ -76,9 +76,9 @@ def unlit_points(amplitude: NDArray[np.complex64], points: Integers, unlit: Inte
     """Find samples that no direct leg reaches; return their number.
 
     Args:
-        amplitude: Amplitude of the direct legs [1], (n,).
+        amplitude: Pressure of the direct legs, see `RadialLegs`, 0 without a leg [1], (n,).
         points: Indices of some samples, (m,).
-        unlit: Result: positions in `points` of the samples without a direct leg, (m,).
+        unlit: Result: indices in `points` of the samples without a direct leg, (m,).
     """
     count = 0
     for k in range(points.size):
@@ -94,7 +94,7 @@ def unoccluded_amplitudes(
     points: Integers, range_depth: Floats, depth: float, arrival: Singles, normal: Singles, absorption: float,
     direction_factor: Floats, unoccluded: NDArray[np.complex64],
 ) -> None:  # fmt: skip
-    """Fill the amplitudes of direct legs to some samples without occlusion, 0 for a facet that faces away.
+    """Fill pressures of straight direct legs to some samples without occlusion, 0 where the seabed faces away.
 
     Args:
         points: Indices of the samples, (m,).
@@ -103,9 +103,9 @@ def unoccluded_amplitudes(
         arrival: Direction of travel of the direct legs at the samples [1], (3, n).
         normal: Unit normals into the water, (3, n).
         absorption: Absorption as the base-2 exponent of pressure [1/m].
-        direction_factor: Factor of one direction in the cross section, by the root of 1 less the sine of the grazing
-            angle, (k,); empty: none.
-        unoccluded: Result [1], (m,).
+        direction_factor: Factor of one leg in the cross section, over the root of 1 less the sine of the grazing
+            angle, 0 to 1 [1], (k,); empty: none.
+        unoccluded: Result, see `RadialLegs.amplitude` [1], (m,).
     """
     for k in range(points.size):
         n = points[k]

@@ -1,4 +1,4 @@
-"""Straight legs to the samples of radials: delay, directions, pressure, facets. Plain numbers and arrays only."""
+"""Straight legs to the samples of radials: delay, directions, pressure, normals. Plain numbers and arrays only."""
 
 import math
 from typing import Any, NamedTuple
@@ -17,12 +17,12 @@ _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
 class Facets(NamedTuple):
-    """Facets at n samples of radials."""
+    """Planes tangential to the seabed at n samples of radials, each column of shape (n,)."""
 
     distance: Floats
-    """Horizontal distance [m]."""
+    """Horizontal distance from the sonar [m]."""
     along: Singles
-    """Slope along the frame's first axis [1]."""
+    """Slope along the frame's first axis, positive upwards [1]."""
     across: Singles
     """Slope along its second axis [1]."""
     normal_n: Singles
@@ -32,7 +32,7 @@ class Facets(NamedTuple):
     normal_d: Singles
     """Down component."""
     area: Singles
-    """Area [m^2]."""
+    """Area of seabed that the sample represents, if all samples of its radial are evaluated [m^2]."""
 
 
 class FamilyImage(NamedTuple):
@@ -64,7 +64,7 @@ class RadialBearings(NamedTuple):
 
 
 class FamilyLegs(NamedTuple):
-    """Legs of one family to n samples."""
+    """Legs of one family to n samples, each column of shape (n,)."""
 
     delay: Floats
     """Travel time [s]."""
@@ -81,7 +81,7 @@ class FamilyLegs(NamedTuple):
     departure_d: Singles
     """Down component [1]."""
     pressure: Singles
-    """Pressure re 1 m but for bounces, 0 where there is no leg [1]."""
+    """Pressure re the source at 1 m without reflection coefficients, 0 where there is no leg [1]."""
     root_slant: Singles
     """Root of one less the sine of the facet's grazing angle [1]."""
 
@@ -107,10 +107,10 @@ def facet_normals(facets: Facets, cos_h: float, sin_h: float, cell_width: Floats
     """Fill unit normals into the water, and areas, of facets.
 
     Args:
-        facets: Reach and slopes; its normals and areas are the result.
+        facets: Distances and slopes; normals and areas are the result.
         cos_h: Cosine of the frame's heading.
         sin_h: Sine of the frame's heading.
-        cell_width: Step [m] times angular width [rad] of the cell of each, (n,).
+        cell_width: Step [m] times angular width [rad] of the cell of each sample, (n,).
     """
     distance, along, across, north, east, down, area = facets
     c, s = np.float32(cos_h), np.float32(sin_h)
@@ -159,7 +159,7 @@ def straight_legs(
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False, fastmath=_FAST)
 def drop_unreached(facets: Facets, bit: np.int32, reached_families: Integers, legs: FamilyLegs) -> None:
-    """Set pressures to 0 where a family does not reach a sample, has no ray or the facet faces away; fill root slants.
+    """Set pressures to 0 where a family does not reach a sample, has no ray or the seabed faces away; fill root slants.
 
     Args:
         facets: Facets at the samples, (n,).
@@ -193,7 +193,7 @@ def root_direction_factor(factor: Singles, root_slant: Any) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def apply_direction_factor(factor: Singles, root_slant: Singles, pressure: Singles) -> None:
-    """Multiply pressures by the root of the direction's factor of a separable scattering law.
+    """Multiply pressures by the root of the direction factor of a separable scattering law.
 
     Args:
         factor: See `FamilyTable`.

@@ -38,11 +38,11 @@ class RangeBins(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def count_samples(radials: Floats, step: float, bins: RangeBins, keep_probability: Integers, lists: SampleLists) -> int:
-    """Count the points of each list, their rows and ranges: `sample_counts` and all offsets are set.
+    """Count the points, rows and interference ranges of each list: `sample_counts` and all offsets are set.
 
     Args:
         radials: See `radial_columns`, (s, 9).
-        step: Distance of samples [m].
+        step: Spacing of samples along radials of stride 1 [m].
         bins: The range bins.
         keep_probability: Keep probability of samples by radial, range bin and pair, in units of
             1 / `FULL_PROBABILITY`, (s, b, p).
@@ -85,9 +85,9 @@ def _count_kept(number: float, first: int, stop: int, probability: int) -> int:
     """Number of the samples of a radial, from a first one on, that have a priority below a keep probability.
 
     Args:
-        number: Number of the radial.
-        first: Number of the first sample.
-        stop: Number after that of the last.
+        number: `radial_columns.NUMBER` of the radial.
+        first: Index of the first sample.
+        stop: Index after that of the last.
         probability: The keep probability, 0 to `FULL_PROBABILITY`.
     """
     if probability >= FULL_PROBABILITY:
@@ -103,16 +103,17 @@ def list_samples(
     radials: Floats, heading: float, step: float, bins: RangeBins, keep_probability: Integers, families: FamilyTable,
     longest: int, lists: SampleLists,
 ) -> None:  # fmt: skip
-    """Fill one list for each radial. Columns of points and rows are one element longer than what `count_samples` found.
+    """Fill one list for each radial.
 
-    Samples are written, and the next overwrites those that are not kept: a branch on a random number takes longer.
+    Columns of points and rows are one element longer than counted by `count_samples`: samples are written, and the next
+    overwrites those that are not kept. A branch on a random number takes longer.
 
     Args:
         radials: See `radial_columns`, (s, 9).
         heading: Heading of their frame [rad].
-        step: Distance of samples [m].
+        step: Spacing of samples along radials of stride 1 [m].
         bins: The range bins.
-        keep_probability: As of `count_samples`.
+        keep_probability: See `count_samples`, (s, b, p).
         families: Tables of the families.
         longest: Result of `count_samples`.
         lists: Changed, with the counts of `count_samples`.
@@ -165,17 +166,17 @@ def _list_points(
     """List the samples of one radial that any family uses.
 
     Args:
-        radial_number: Number of the radial.
-        crossed: First range bin that it crosses, and that after the last.
-        first_sample: First sample of each of these, and of the next, (b + 1,).
+        radial_number: `radial_columns.NUMBER` of the radial.
+        crossed: First range bin that it crosses, and the one after the last.
+        first_sample: Index of the first sample in each range bin, and in the next, (b + 1,).
         family_probability: See `family_probabilities`, (b, f).
-        sample_number: Result, number of each point along the radial, one element longer than the list.
+        sample_number: Result, index of each point along the radial, one element longer than the list.
         requested_families: Result, families requested at each point, a bit for each.
-        priority: Result, priority of each point, one element longer than the list.
-        first_point: Result, first point of each range bin, and of the next, (b + 1,).
+        priority: Result, priority of each point, see `priority_of`, one element longer than the list.
+        first_point: Result, index of the first point in each range bin, and in the next, (b + 1,).
 
     Returns:
-        Families requested at any point.
+        Families requested at any point, a bit for each.
     """
     n: Any = 0
     all_families = np.int32(0)
@@ -213,12 +214,12 @@ def _list_rows(
     """List the points of one radial at which each pair is evaluated.
 
     Args:
-        keep_probability: Keep probability of the radial, (b, p).
-        crossed: First range bin that it crosses, and that after the last.
+        keep_probability: Keep probability of the radial, in units of 1 / `FULL_PROBABILITY`, (b, p).
+        crossed: First range bin that it crosses, and the one after the last.
         priority: Priority of each point.
-        first_point: First point of each of these, and of the next, (b + 1,).
-        pair_points: Result, the points pair by pair, one element longer than these.
-        inverse_probability: Result, one over the keep probability, as long.
+        first_point: Index of the first point in each range bin, and in the next, (b + 1,).
+        pair_points: Result, indices of points pair by pair, one element longer than the number of rows.
+        inverse_probability: Result, one over the keep probability of each row [1], as long.
 
     Returns:
         Number of rows.
@@ -257,7 +258,16 @@ def _fill_positions(
 ) -> None:
     """Fill distances of samples, and bearings at which the beams are evaluated for them.
 
-    The bearing is at another part of the radial's width for each sample, or in the middle of a radial of one cell.
+    Bearings of successive samples are distributed over `BEAM_SPREAD` by the golden ratio.
+
+    Args:
+        radial: One row of the radials, (9,).
+        heading: Heading of their frame [rad].
+        step: Spacing of the radial's samples [m].
+        sample_number: Index of each listed point along the radial, (n,).
+        distance: Result, horizontal distance from the sonar [m], (n,).
+        north: Result, north component of the bearing [1], (n,).
+        east: Result, east component of the bearing [1], (n,).
     """
     cosine = math.cos(heading) * radial[column.COSINE] - math.sin(heading) * radial[column.SINE]
     sine = math.sin(heading) * radial[column.COSINE] + math.cos(heading) * radial[column.SINE]
@@ -275,17 +285,17 @@ def _fill_positions(
 def range_bins_of(
     radial: Floats, step: float, edges: Floats, keep_probability: Integers, first_sample: Integers
 ) -> tuple[int, int, int]:
-    """Fill the first sample of each range bin that a radial crosses, and of the next.
+    """Fill the index of the first sample in each range bin that a radial crosses, and in the next.
 
     Args:
         radial: One row of `radials`, (9,).
-        step: Distance of the radial's samples [m].
+        step: Spacing of the radial's samples [m].
         edges: See `RangeBins`.
-        keep_probability: Keep probability of the radial, (b, p).
+        keep_probability: Keep probability of the radial, in units of 1 / `FULL_PROBABILITY`, (b, p).
         first_sample: Result, (b + 1,).
 
     Returns:
-        First of these bins, the one after the last, number of samples of the radial up to the last that any family
+        First of these bins; the one after the last; number of samples of the radial up to the last that any family
         uses.
     """
     start, stop, first = radial[column.START], radial[column.STOP], radial[column.FIRST_SAMPLE]
@@ -316,10 +326,10 @@ def family_probabilities(
     """Fill the largest keep probability of each family in the range bins of one radial.
 
     Args:
-        keep_probability: Keep probability of the radial, (b, p).
+        keep_probability: Keep probability of the radial, in units of 1 / `FULL_PROBABILITY`, (b, p).
         pair: See `RangeBins`.
-        crossed: First range bin that the radial crosses, and that after the last.
-        first_sample: First sample of each of these, and of the next, (b + 1,).
+        crossed: First range bin that the radial crosses, and the one after the last.
+        first_sample: Index of the first sample in each range bin, and in the next, (b + 1,).
         family_probability: Result, 0 in range bins without samples, (b, f).
         requested: Result, True for families with a probability above 0 anywhere, (f,).
     """
@@ -343,15 +353,21 @@ def priority_of(number: float, k: int) -> int:
     Source: Roberts (2018), "The unreasonable effectiveness of quasirandom sequences", the sequence R2; not verified.
 
     Args:
-        number: Number of the radial.
-        k: Number of the sample.
+        number: `radial_columns.NUMBER` of the radial.
+        k: Index of the sample.
     """
     return ((int(number) * _RADIAL_INCREMENT + (k + 1) * _SAMPLE_INCREMENT) >> 27) & 31
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_needed_horizons(requested: NDArray[np.bool_], families: FamilyTable, needed: NDArray[np.bool_]) -> None:
-    """Mark the launch horizons of the families that are requested, (f,)."""
+    """Mark the launch horizons that the requested families need.
+
+    Args:
+        requested: True for these families, (f,).
+        families: Tables of the families.
+        needed: Result, True for such launch horizons, (h,).
+    """
     bounce_codes, horizon_row = families.bounce_codes, families.horizon_row
     needed[:] = False
     for f in range(bounce_codes.shape[0]):

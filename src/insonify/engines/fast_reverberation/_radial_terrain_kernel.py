@@ -16,13 +16,16 @@ Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 
 CELLS = 64
-"""Cells along a tile of the map."""
+"""Number of cells along a side of a tile of the map."""
 RUN = 16
 """Samples of a radial of which the first and the last are compared: where both are in one tile, so are all."""
 NODE_ROW = 3 * (CELLS + 1)
+"""Number of values in one row of nodes of a tile: a height and two slopes for each node."""
 VALUES_PER_TILE = NODE_ROW * (CELLS + 1)
+"""Number of values in a tile."""
 _SIX, _INSIDE, _THREE = np.uint32(6), np.uint32(CELLS - 1), np.uint32(3)
-_NONE, _FIRST, _SECOND, _EAST, _NORTH, _BOTH = (np.uint64(n) for n in (0, 1, 2, 3, NODE_ROW, NODE_ROW + 3))
+_NONE, _FIRST, _SECOND, _ACROSS, _ALONG, _BOTH = (np.uint64(n) for n in (0, 1, 2, 3, NODE_ROW, NODE_ROW + 3))
+"""Offsets from the height at a node: none; its two slopes; the next node along the second axis, the first, both."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -57,13 +60,13 @@ def mark_tiles(
 
 @njit(inline="always")
 def _tile(start: float, steps: float, step: float) -> Any:
-    """Number of the tile at so many steps of a radial from its start, along one axis; all lengths in cells."""
+    """Row or column of the tile at a number of steps along a radial, on one axis; start and step in cells."""
     return np.uint32(start + steps * step) >> _SIX
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def numbers_of_marked(crossed: NDArray[np.bool_]) -> Integers:
-    """Numbers of the tiles that are marked in a window, row by row, shape (n, 2)."""
+    """Row and column of each tile that is marked in a window, shape (n, 2)."""
     numbers, n = np.empty((crossed.size, 2), np.int64), 0
     for i in range(crossed.shape[0]):
         for j in range(crossed.shape[1]):
@@ -85,10 +88,10 @@ def mark_passing(
         bearing: Bearing of each radial in its frame [rad], (s,).
         heading: Heading of that frame [rad].
         sonar: Position of the sonar: north, east, depth [m], (3,).
-        cylinders: North, east and radius of each target's bounding cylinder, and more [m], (t, any).
+        cylinders: North, east and radius of each target's bounding cylinder [m], in the first columns, (t, any).
         wavelength: Wavelength [m].
         ripples: Fresnel number up to which edge diffraction is evaluated, 0 for none [1].
-        passing: Result, (t, s).
+        passing: Result, True for such radials, (t, s).
     """
     for t in range(cylinders.shape[0]):
         north, east, radius = cylinders[t, 0] - sonar[0], cylinders[t, 1] - sonar[1], cylinders[t, 2]
@@ -113,8 +116,8 @@ def sample_radial_terrain(
     Args:
         frame: Frame of the radials.
         radial: One row of `RadialSet.radials`, (9,).
-        samples: First sample, and count, the number after the last.
-        mean_depth: Depth of the mean plane [m].
+        samples: Index of the first sample, and count, the index after the last.
+        mean_depth: Depth of the mean seabed [m].
         tiles: Tiles of the seabed's map.
         node_index: Scratch, unsigned, (at least count,).
         depth: Result [m], (at least count,).
@@ -137,13 +140,13 @@ def sample_radial_terrain(
         node_start = np.uint32(tile_row[i >> _SIX, j >> _SIX]) * np.uint32(VALUES_PER_TILE)
         node_start += (i & _INSIDE) * np.uint32(NODE_ROW) + (j & _INSIDE) * _THREE
         prefetch(node_values, np.uint64(node_start))
-        prefetch(node_values, np.uint64(node_start) + _NORTH)
+        prefetch(node_values, np.uint64(node_start) + _ALONG)
         node_index[k], slope_a[k], slope_b[k] = node_start, np.float32(x - i), np.float32(y - j)
     for k in range(begin, count):
         first_node, f, g = np.uint64(node_index[k]), slope_a[k], slope_b[k]
-        h00, h01 = node_values[first_node], node_values[first_node + _EAST]
-        h10, h11 = node_values[first_node + _NORTH], node_values[first_node + _BOTH]
+        h00, h01 = node_values[first_node], node_values[first_node + _ACROSS]
+        h10, h11 = node_values[first_node + _ALONG], node_values[first_node + _BOTH]
         low, high = h00 + g * (h01 - h00), h10 + g * (h11 - h10)
         depth[k] = mean - (low + f * (high - low))
-        nearest = first_node + (_NORTH if f >= half else _NONE) + (_EAST if g >= half else _NONE)
+        nearest = first_node + (_ALONG if f >= half else _NONE) + (_ACROSS if g >= half else _NONE)
         slope_a[k], slope_b[k] = node_values[nearest + _FIRST], node_values[nearest + _SECOND]

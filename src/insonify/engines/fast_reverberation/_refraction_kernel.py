@@ -34,20 +34,20 @@ class BouncingRay(NamedTuple):
     """Geometry of a ray with bounces, for its clearance of the seabed."""
 
     distance: float
-    """Horizontal distance of its end [m]."""
+    """Horizontal distance of the point that it reaches [m]."""
     first: float
     """Horizontal distance of its first bounce [m]."""
     period: float
     """Horizontal distance between successive bounces [m]."""
     launch_tangent: float
-    """Tangent of its launch angle [1]."""
+    """Tangent of its launch angle, positive towards the first boundary [1]."""
     grazing_tangent: float
     """Tangent of its grazing angle at the mean seabed [1]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate_refraction(distance: Floats, depth: Floats, f: int, table: RefractionTable, columns: Singles) -> None:
-    """Fill the columns of one family at some points.
+    """Fill the columns of one family at some points, bilinearly between the nodes of the table.
 
     Args:
         distance: Horizontal distances of the points [m], (n,).
@@ -73,7 +73,7 @@ def refracted_legs(
     facets: Facets, depth: Floats, image: FamilyImage, bearings: RadialBearings, reached_families: Integers,
     columns: Singles, legs: FamilyLegs, bounce_sine: Singles,
 ) -> None:  # fmt: skip
-    """Fill refracted legs of one family to samples of radials, as `straight_legs` straight ones.
+    """Fill refracted legs of one family to samples of radials; see `straight_legs` for straight ones.
 
     Args:
         facets: Facets at the samples, (n,).
@@ -121,12 +121,12 @@ def refracted_launch_slopes(
     Args:
         terrain: Depth of the seabed [m], (at least count,).
         row: Row of the launch horizon.
-        deepest: Depth of the mean seabed if its last bounce is off it: its rays rise from there; else infinite [m].
-        step: Distance of samples [m].
-        start_steps: Distance of the first sample [steps].
-        samples: First sample of the radial that is needed, and count, the number after the last.
+        deepest: Depth of the mean seabed if the last bounce is there, from where rays rise; else infinite [m].
+        step: Spacing of samples [m].
+        start_steps: Horizontal distance of the first sample, in steps [1].
+        samples: Index of the first sample that is needed, and count, the index after the last.
         table: The refraction table.
-        launch_slope: Result, tangents [1], without a ray such that the seabed does not occlude, (at least count,).
+        launch_slope: Result, tangents [1], (at least count,); infinite without a ray, so that it occludes none.
     """
     climb, (begin, count) = table.horizon_climb[row], samples
     depths, ranges = climb.shape

@@ -20,7 +20,7 @@ ORDER_NARROW, ORDER_WIDE = (
     np.array([((2 * k + 1) * count // 2 + k) % count for k in range(count)], float)
     for count in (POINTS_NARROW, POINTS_WIDE)
 )
-"""Places of successive ones of these along the bin, so that both width and length are covered evenly."""
+"""Order along the bin of positions that succeed one another across it: both width and length are covered evenly."""
 POINTS_TOGETHER = 512
 """Points of successive radials, at least, at which beams are evaluated together, in the first-level cache."""
 GOLDEN = 0.6180339887498949
@@ -30,11 +30,11 @@ class RadialPoints(NamedTuple):
     """Points of some radials at which beams are evaluated together, in arrays that are long enough."""
 
     row: NDArray[np.int64]
-    """Row of the radial of each, times the number of range bins, plus the range bin."""
+    """Row of the radial of each point, times the number of range bins, plus the range bin."""
     range_bin: NDArray[np.int64]
-    """Range bin of each."""
+    """Range bin of each point."""
     area: Floats
-    """Area that each represents [m^2]."""
+    """Area of flat seabed that each point represents [m^2]."""
     north: Floats
     """North component of its bearing [1]."""
     east: Floats
@@ -42,8 +42,8 @@ class RadialPoints(NamedTuple):
     distance: Floats
     """Horizontal distance [m]."""
     cosines: Floats
-    """Scratch: cosine of the elevation, cosines to right and down of an array, sine of the elevation, pattern [1],
-    fraction of a row of its table [1], (6, most)."""
+    """Scratch: cosine of the elevation at the sonar, cosines to right and down of an array, sine of the elevation,
+    pattern, fraction of a row of the pattern's table [1], (6, points)."""
     first_coefficient: NDArray[np.uint32]
     """Scratch: offset of a row of a pattern's table."""
 
@@ -57,10 +57,10 @@ def _append_points(
     Args:
         radial: One row of the radials, (9,).
         edges: Edges of the range bins, horizontal distances [m], increasing, (b + 1,).
-        bearing: North and east component of its bearing [1].
-        first_row: Row of its first range bin.
+        bearing: North and east component of its bearing in the world [1].
+        first_row: `RadialPoints.row` of its first range bin.
         points: Result.
-        count: Number of the points before.
+        count: Number of points that are there already.
     """
     (c, d), spread = bearing, radial[column.BEAM_SPREAD]
     samples = POINTS_WIDE if spread > 0 else POINTS_NARROW
@@ -81,11 +81,11 @@ def _append_points(
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
 def _aim(points: RadialPoints, count: int, vertical: Floats, is_odd: bool) -> None:
-    """Fill cosine and sine of the elevation at which a family leaves towards the first points: rows 0 and 3.
+    """Fill rows 0 and 3 of `cosines`: cosine and sine, positive down, of a family's elevation at the sonar.
 
     Args:
         points: The points.
-        count: Number of them.
+        count: Number of points, the first ones.
         vertical: Distance times tangent of the launch angle in each range bin [m], (b,).
         is_odd: True if the family has an odd number of bounces.
     """
@@ -99,15 +99,15 @@ def _aim(points: RadialPoints, count: int, vertical: Floats, is_odd: bool) -> No
 
 
 @njit(cache=True, nogil=True, error_model="numpy", reference_counts=False)
-def _fill_gains(points: RadialPoints, count: int, cosine: Floats, beams: BeamTables, gain: Floats) -> None:
-    """Fill amplitudes of the first beam [1], as `beam_kernels.beam_gains`, towards the first points.
+def _fill_amplitudes(points: RadialPoints, count: int, cosine: Floats, beams: BeamTables, amplitude: Floats) -> None:
+    """Fill the pressure pattern of the first beam towards the points, as `beam_kernels.beam_gains` [1].
 
     Args:
         points: The points, with the sine of the elevation at the sonar.
-        count: Number of them.
+        count: Number of points, the first ones.
         cosine: Cosine of that elevation [1], (at least count,).
         beams: The beams.
-        gain: Result, (at least count,).
+        amplitude: Result, (at least count,).
     """
     axes, scale, element = beams.axes, beams.scale[0], beams.element
     north, east, down, right, below = points.north, points.east, points.cosines[3], points.cosines[1], points.cosines[2]
@@ -116,15 +116,15 @@ def _fill_gains(points: RadialPoints, count: int, cosine: Floats, beams: BeamTab
         x, y = north[q] * cosine[q], east[q] * cosine[q]
         right[q] = x * axes[1, 0] + y * axes[1, 1] + down[q] * axes[1, 2]
         below[q] = x * axes[2, 0] + y * axes[2, 1] + down[q] * axes[2, 2]
-        gain[q] = scale * element_gain(element, x * axes[0, 0] + y * axes[0, 1] + down[q] * axes[0, 2])
+        amplitude[q] = scale * element_gain(element, x * axes[0, 0] + y * axes[0, 1] + down[q] * axes[0, 2])
         pattern[q] = 1.0
     first, fraction = points.first_coefficient, points.cosines[5]
     multiply_by_pattern(beams.tables[0], beams.per_unit[0], beams.steer[0, 0], right[:count], pattern, first, fraction)
     multiply_by_pattern(beams.tables[1], beams.per_unit[1], beams.steer[0, 1], below[:count], pattern, first, fraction)
     for q in range(count):
-        gain[q] *= pattern[q]
-    multiply_by_pattern(beams.tables[2], beams.per_unit[2], 0.0, right[:count], gain, first, fraction)
-    multiply_by_pattern(beams.tables[3], beams.per_unit[3], 0.0, below[:count], gain, first, fraction)
+        amplitude[q] *= pattern[q]
+    multiply_by_pattern(beams.tables[2], beams.per_unit[2], 0.0, right[:count], amplitude, first, fraction)
+    multiply_by_pattern(beams.tables[3], beams.per_unit[3], 0.0, below[:count], amplitude, first, fraction)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -133,7 +133,9 @@ def pair_energies(
     pair: NDArray[np.int64], strength: Floats, transmit_beam: BeamTables, receive_beam: BeamTables, same_beams: bool,
     energy: Singles,
 ) -> None:  # fmt: skip
-    """Fill the energy of every pair from each range bin of each radial [m^-2], both orders of a pair together.
+    """Fill the energy of every pair from each range bin of each radial, both orders of a pair together.
+
+    With different families the two orders add as pressures.
 
     Args:
         radials: See `radial_columns`.
@@ -143,12 +145,12 @@ def pair_energies(
             height of the image source above the seabed [m], (f, b).
         is_odd: True if the family has an odd number of bounces, (f,).
         pair: Rows of two legs, (p, 2).
-        strength: Cross section of each pair times the squares of both legs' pressures, in each range bin [m^-4], (p,
-            b).
+        strength: Cross section per area of each pair times the squares of both legs' pressures re 1 m, in each range
+            bin [m^-4], (p, b).
         transmit_beam: Beam pattern of the transmitter.
         receive_beam: Beam pattern of the receiver.
         same_beams: True if both are the same.
-        energy: Result, (s, b, p).
+        energy: Result, re the energy of the pulse at 1 m [m^-2], (s, b, p).
     """
     bins, families = edges.size - 1, verticals.shape[0]
     most, flat = POINTS_TOGETHER + POINTS_WIDE * bins, energy.reshape(radials.shape[0] * bins, pair.shape[0])
@@ -167,25 +169,25 @@ def pair_energies(
             continue
         for f in range(families):
             _aim(points, count, verticals[f], is_odd[f])
-            _fill_gains(points, count, points.cosines[0], transmit_beam, transmit[f])
+            _fill_amplitudes(points, count, points.cosines[0], transmit_beam, transmit[f])
             if not same_beams:
-                _fill_gains(points, count, points.cosines[0], receive_beam, receive[f])
+                _fill_amplitudes(points, count, points.cosines[0], receive_beam, receive[f])
         back = transmit if same_beams else receive
         for p in range(pair.shape[0]):
             i, j = pair[p, 0], pair[p, 1]
-            out_i, out_j, back_i, back_j, one = transmit[i], transmit[j], back[i], back[j], flat[:, p]
+            out_i, out_j, back_i, back_j, pair_energy = transmit[i], transmit[j], back[i], back[j], flat[:, p]
             reverse = 1.0 if i != j else 0.0
             for q in range(count):
                 product[q] = out_i[q] * back_j[q] + reverse * (out_j[q] * back_i[q])
             for q in range(count):
                 section = strength[p, np.uint64(points.range_bin[q])]
-                one[np.uint64(points.row[q])] += np.float32(points.area[q] * section * product[q] * product[q])
+                pair_energy[np.uint64(points.row[q])] += np.float32(points.area[q] * section * product[q] * product[q])
         count = 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_radials(energy: Singles, total: Floats) -> None:
-    """Fill the energy of all radials together, radial by radial, (b * p,), from (s, b * p) [m^-2]."""
+    """Add the energies of all radials, (s, b * p) [m^-2]; fill the sums, (b * p,)."""
     total[:] = 0
     for s in range(energy.shape[0]):
         one = energy[s]
@@ -204,7 +206,7 @@ def pair_keep_probabilities(
         radials: See `radial_columns`, (s, 9).
         edges: Edges of the range bins [m], (b + 1,).
         step: Distance of samples along radials without longer steps [m].
-        energy: Energy of pairs from `pair_energies` [m^-2], (any, b, p).
+        energy: Result of `pair_energies` for the radials before any were split [m^-2], (any, b, p).
         row: Row of each radial in `energy`, (s,).
         full_energy: Energy of one sample for which the keep probability is 1 [m^-2], (b, p).
         received: True if the pair is not negligible in the range bin, (b, p).
@@ -244,16 +246,16 @@ def lengthen_steps(
     radials: Floats, edges: Floats, keep_probability: NDArray[np.uint8], full: int, longest: int, result: Floats,
     row: NDArray[np.int64],
 ) -> int:  # fmt: skip
-    """Split radials where keep probabilities beyond are low, with longer steps in the farther part.
+    """Split radials where all keep probabilities beyond are low; the farther part gets longer steps.
 
-    In longer steps at most half of the samples are evaluated.
+    With the longer step the largest keep probability there is at most a half.
 
     Args:
         radials: See `radial_columns`, (s, 9).
         edges: Edges of the range bins [m], (b + 1,).
         keep_probability: Keep probability by radial, range bin and pair, (s, b, p).
         full: Number that represents a probability of 1.
-        longest: Longest step [steps], a power of 2.
+        longest: Longest step, in steps of the radials' frame, a power of 2 [1].
         result: Result, new radials, (2 s, 9).
         row: Result, row in `radials` of which each new one is a part, (2 s,).
 
@@ -263,7 +265,7 @@ def lengthen_steps(
     n, largest = 0, np.zeros(edges.size - 1, np.int64)
     for s in range(radials.shape[0]):
         start, stop = radials[s, column.START], radials[s, column.STOP]
-        best, saving, split = 0, 0.1, start
+        best, saving, split = 0, 0.1, start  # no radial is split for less than a tenth of its samples
         for b in range(edges.size - 1):
             largest[b] = keep_probability[s, b].max() if edges[b] < stop and edges[b + 1] > start else 0
         stride = longest
@@ -273,9 +275,9 @@ def lengthen_steps(
                 if 2 * stride * largest[b] > full:
                     last_needed = edges[b + 1]
             last_needed = max(last_needed, start)
-            gain = (stop - last_needed) / stop * (1 - radials[s, column.STRIDE] / stride)
-            if gain > saving:
-                best, saving, split = stride, gain, last_needed
+            fewer = (stop - last_needed) / stop * (1 - radials[s, column.STRIDE] / stride)
+            if fewer > saving:
+                best, saving, split = stride, fewer, last_needed
             stride //= 2
         if best == 0 or split > start:
             result[n], row[n] = radials[s], s

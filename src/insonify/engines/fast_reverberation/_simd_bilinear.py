@@ -12,6 +12,7 @@ types = deferred("numba.core.types")
 cgutils = deferred("numba.core.cgutils")
 errors = deferred("numba.core.errors")
 LANES = 8
+"""Number of values of a node."""
 
 
 @intrinsic

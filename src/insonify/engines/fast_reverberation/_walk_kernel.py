@@ -1,7 +1,8 @@
 """Seabed legs along radials: line of sight, delays and amplitudes of all samples of a radial in one pass.
 
-A radial is a line of one azimuth. Its depths are read from the map, sample by sample outwards; shadows of every family
-follow by the rules of `insonify.engines.terrain_occlusion`. The results are columns of its listed samples.
+A radial is a line of one azimuth. Its depths are read from the map, sample by sample outwards; occlusion of every
+family by terrain follows by the rules of `insonify.engines.terrain_occlusion`. The results are columns of its listed
+samples.
 """
 
 import math
@@ -59,7 +60,7 @@ BLOCK = 256
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def walk_radials(
-    frame: RadialFrame, channel: IsovelocityChannel, part: RadialSet, tiles: MapTiles, families: FamilyTable,
+    frame: RadialFrame, channel: IsovelocityChannel, radial_set: RadialSet, tiles: MapTiles, families: FamilyTable,
     legs: RadialLegs, pairs: PairSamples, interference_ranges: Integers,
 ) -> int:  # fmt: skip
     """Fill the listed samples of some radials, their legs, and the samples of each pair of families.
@@ -67,18 +68,18 @@ def walk_radials(
     Args:
         frame: Frame of the radials.
         channel: Water of the straight rays.
-        part: The radials, with the lists of their samples.
+        radial_set: The radials, with the lists of their samples.
         tiles: Tiles of the seabed's map.
         families: Tables of the families.
         legs: Result.
         pairs: Result.
-        interference_ranges: Result, first point and after the last of ranges where pairs may arrive within one pulse,
-            (any, 2).
+        interference_ranges: Result, first sample, and the one after the last, of each range in which pairs may arrive
+            within one pulse, (any, 2).
 
     Returns:
         Number of these ranges.
     """
-    radials, lists, list_rows, _ = part
+    radials, lists, list_rows, _ = radial_set
     max_sample_count, max_list_length = 0, 0
     for list_row in list_rows:
         max_sample_count = max(max_sample_count, lists.sample_counts[list_row])
@@ -151,12 +152,12 @@ def legs_to_samples(
     """Fill the legs to the m samples of some radials.
 
     Args:
-        samples: First row of `legs` that is filled, and the one after the last.
+        samples: First column of `legs` that is filled, and the one after the last.
         heading: Heading of the frame of the radials [rad].
         channel: Water of the straight rays.
         table: Tables of the families.
         family_bits: Families requested at any of the samples, a bit for each.
-        block: The samples, in the order of these rows; the fourth row of `facet` becomes the areas.
+        block: The samples, in the order of these columns; the fourth row of `facet` becomes the areas.
         legs: Result.
     """
     (n, stop), facet, bearing = samples, block.facet, block.bearing
@@ -213,7 +214,8 @@ def gather_samples(
 
     Args:
         lists: Lists of samples.
-        rows: First of the radial's rows in `lists` and the one after the last; first row in `block`, in `range_depth`.
+        rows: First of the radial's points in `lists` and the one after the last; its first point in `block`; its first
+            sample in `range_depth`.
         radial: One row of `RadialSet.radials`, (9,).
         frame: Frame of the radials.
         line_depth: Depth at all samples of the radial [m], (samples,).
@@ -254,7 +256,7 @@ def append_pair_samples(
         lists: Lists of samples.
         list_row: Row of the radial's list.
         area: Areas of the listed samples [m^2], (at least m,).
-        n: Number of the radial's first sample.
+        n: Index of the radial's first sample in `RadialLegs`.
         rows: See `PairSamples`.
         weight: See `PairSamples`.
         sample_count: See `PairSamples`, added to.
@@ -273,7 +275,15 @@ def append_pair_samples(
 def append_interference_ranges(
     lists: SampleLists, list_row: int, n: int, interference_ranges: Integers, ranges: int
 ) -> int:
-    """Append ranges of one radial where pairs may interfere; return their number. Arguments as in `walk_radials`."""
+    """Append the ranges of one radial in which pairs may interfere, joined where they touch; return their number.
+
+    Args:
+        lists: Lists of samples.
+        list_row: Row of the radial's list.
+        n: Index of the radial's first sample in `RadialLegs`.
+        interference_ranges: Result, see `walk_radials`.
+        ranges: Number of ranges that are there already.
+    """
     for c in range(lists.interference_offsets[list_row], lists.interference_offsets[list_row + 1]):
         if ranges == 0 or interference_ranges[ranges - 1, 1] != n + lists.interference_ranges[c, 0]:
             interference_ranges[ranges, 0] = n + lists.interference_ranges[c, 0]
@@ -291,7 +301,7 @@ def gather_directions(
 
     Args:
         incoming: Directions of travel of transmit legs at the samples [1], (3, n).
-        outgoing: Directions of travel of receive legs at the samples, from the sonar [1], (3, n).
+        outgoing: Directions of travel of receive legs at the samples, followed from the sonar [1], (3, n).
         normal: Unit normals at the samples, (3, n).
         rows: Samples of the pair, (m,).
         incident: Result, directions of travel towards the samples, (3, m).

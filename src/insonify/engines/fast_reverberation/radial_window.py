@@ -25,9 +25,9 @@ class TerrainWindow:
     """Window of the seabed's map that the radials of one ping may cross."""
 
     start: tuple[float, float] = (0.0, 0.0)
-    """Start of the radials, along the map's axes from the first node of the window [m]."""
+    """Position of the sonar, along the map's axes from the first node of the window [m]."""
     side: int = 1
-    """Tiles of the map along each side of the window."""
+    """Number of tiles of the map along each side of the window."""
     corner: NDArray[np.int64] = field(default_factory=lambda: np.zeros(2, np.int64))
     """Row and column of its first tile in the map."""
     crossed: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
@@ -35,7 +35,11 @@ class TerrainWindow:
 
 
 def terrain_window(
-    terrain: SeabedTerrain | None, ping_geometry: PingGeometry, step: float, parts: list[RadialSet], farthest: float
+    terrain: SeabedTerrain | None,
+    ping_geometry: PingGeometry,
+    step: float,
+    radial_sets: list[RadialSet],
+    farthest: float,
 ) -> TerrainWindow | None:
     """The window of one ping, without tiles for a flat seabed; None if radials cross more than the map can cache.
 
@@ -43,7 +47,7 @@ def terrain_window(
         terrain: Terrain of the seabed; None for a flat seabed.
         ping_geometry: The sonar at this ping.
         step: Spacing of samples along the radials [m].
-        parts: All radials of the ping with their samples.
+        radial_sets: All radials of the ping with their samples.
         farthest: Largest horizontal distance from which echoes are received [m].
     """
     if terrain is None:
@@ -55,30 +59,31 @@ def terrain_window(
     start = grid_position[0] - first[0] * tile, grid_position[1] - first[1] * tile
     frame, side = RadialFrame(*start, scatterer_grid.heading, step), 2 * tile_reach + 1
     crossed = np.zeros((side, side), np.bool_)
-    for part in parts:
+    for radial_set in radial_sets:
         mark_tiles(
-            frame, part.radials, part.lists.sample_counts, part.list_rows, terrain.heightmap_cell_size, crossed
+            frame, radial_set.radials, radial_set.lists.sample_counts, radial_set.list_rows,
+            terrain.heightmap_cell_size, crossed,
         )  # fmt: skip
     tiles = numbers_of_marked(crossed)
     return None if len(tiles) > MAX_TILES else TerrainWindow(start, side, np.array(first), tiles)
 
 
 def radials_crossing_targets(
-    plan: ReverberationPlan, ping_geometry: PingGeometry, heading: float, edges: str
+    plan: ReverberationPlan, ping_geometry: PingGeometry, heading: float, edge_diffraction: str
 ) -> NDArray[np.bool_]:
     """Mask of radials that cross each target's bounding cylinder, widened by its zone of edge diffraction, (t, s).
 
-    A radial has its cell's width; of a target over or under the sonar, all radials.
+    A radial is as wide as its cells; a target over or under the sonar is crossed by all radials.
 
     Args:
         plan: The plan of the radials.
         ping_geometry: The sonar at this ping.
         heading: Heading of the frame of the radials [rad].
-        edges: Edge diffraction: "none" or "knife-edge".
+        edge_diffraction: Edge diffraction of targets: "none" or "knife-edge".
     """
     passing = np.empty((len(plan.bounding_cylinders), len(plan.radials)), np.bool_)
     mark_passing(
         plan.radials, plan.bearings, heading, ping_geometry.transmit_position, plan.bounding_cylinders,
-        ping_geometry.wavelength, 0.0 if edges == "none" else ROUGH_RIPPLES, passing,
+        ping_geometry.wavelength, 0.0 if edge_diffraction == "none" else ROUGH_RIPPLES, passing,
     )  # fmt: skip
     return passing

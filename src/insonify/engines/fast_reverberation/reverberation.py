@@ -23,7 +23,7 @@ from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.fast_reverberation import _walk_kernel as kernel
 from insonify.engines.fast_reverberation._radial_terrain_kernel import CELLS
 from insonify.engines.fast_reverberation.fast_relief_reflections import reflect_at_fitted_planes
-from insonify.engines.fast_reverberation.level_legs import zone_climbs
+from insonify.engines.fast_reverberation.flat_seabed_legs import zone_climbs
 from insonify.engines.fast_reverberation.radial_window import TerrainWindow, radials_crossing_targets, terrain_window
 from insonify.engines.fast_reverberation.refraction_table import RaysFromDepth, refraction_table
 from insonify.engines.fast_reverberation.reverberation_plan import (
@@ -78,7 +78,7 @@ DIRECTIONS_PER_BATCH = 8192
 MAX_RADIAL_STEP = 0.5
 """Longest step along a radial over a flat seabed [m]."""
 RECHECK_DISTANCE = 4.0
-"""Displacement of the sonar within which a check that found no target in reach of any beam is not repeated [m]."""
+"""Displacement of the sonar within which a check that no beam reaches a target is not repeated [m]."""
 
 
 class _Scratch(local):
@@ -112,7 +112,7 @@ class PreparedReverberation:
     path_settings_without_targets: PathSettings
     """Path settings without seabed and targets."""
     last_check: list[tuple[Floats, bool]] = field(default_factory=list)
-    """Last position at which beams were checked [m]; True: within `RECHECK_DISTANCE` of it no beam reaches a target."""
+    """North and east at which beams were last checked [m]; True: no beam reaches a target within `RECHECK_DISTANCE`."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class FastReverberation:
     path_settings: PathSettings
     ping_geometry: PingGeometry
     prepared: PreparedReverberation
-    parts: list[RadialSet]
+    radial_sets: list[RadialSet]
     """Radials of the ping: those of the plan that no target shades, and narrower ones in place of the others."""
     window: TerrainWindow
     """Window of the seabed's map that the radials cross."""
@@ -152,7 +152,7 @@ class FastReverberation:
         return self.prepared.remaining_path_settings if reaches_target else self.prepared.path_settings_without_targets
 
     def _may_reach_target(self) -> bool:
-        """Return True if the gain of any beam may reach the cutoff at any target, or if one casts no shadow."""
+        """Return True if the two-way gain may reach the beam cutoff at any target, or if a target casts no shadow."""
         scene = self.scene
         if len(scene.targets) > len(scene.occluders):
             return True
@@ -170,14 +170,13 @@ class FastReverberation:
         return not is_clear and self._may_reach_target_within(0.0)
 
     def _may_reach_target_within(self, displacement: float) -> bool:
-        """Return True if, within a displacement of the sonar [m], the gain of any beam may reach the cutoff at one."""
+        """Return True if the two-way gain may reach the cutoff at a target within a displacement of the sonar [m]."""
         bounding_cylinders = self.plan.bounding_cylinders[:, :3]
         top, base = _target_depth_limits(self.scene)
         cutoff_gain = float(amplitude_ratio(self.path_settings.beam_cutoff_db))
         bound = two_way_gain_bound(
             bounding_cylinders[:, :2], bounding_cylinders[:, 2] + displacement, self.ping_geometry, (top + base) / 2,
-            self.rays,
-            self.path_settings.followed_families, rise=(base - top) / 2,
+            self.rays, self.path_settings.followed_families, rise=(base - top) / 2,
         )  # fmt: skip
         return bool((bound >= cutoff_gain).any())
 
@@ -198,15 +197,15 @@ class FastReverberation:
         if terrain is None:
             nodes, tile_row = empty_terrain_map()
             tiles = MapTiles(1.0, tile_row, nodes, is_flat=True)
-            return [accumulate_samples(self._samples(part, tiles, labelled)) for part in self.parts]
+            return [accumulate_samples(self._samples(radial_set, tiles, labelled)) for radial_set in self.radial_sets]
         heightmap = terrain_map(terrain)
         tile_row = np.zeros((window.side, window.side), np.uint32)
         with heightmap.reading(window.corner + window.crossed, map_function) as rows:
             tile_row[tuple(window.crossed.T)] = rows
             tiles = MapTiles(heightmap.cell, tile_row, heightmap.nodes, is_flat=False)
-            return [accumulate_samples(self._samples(part, tiles, labelled)) for part in self.parts]
+            return [accumulate_samples(self._samples(radial_set, tiles, labelled)) for radial_set in self.radial_sets]
 
-    def _samples(self, part: RadialSet, tiles: MapTiles, labelled: bool) -> ReverberationSamples:
+    def _samples(self, radial_set: RadialSet, tiles: MapTiles, labelled: bool) -> ReverberationSamples:
         """Samples of some radials, with their legs and the weight of each sample of each pair of families."""
         seabed, ping_geometry, plan = self.scene.seabed, self.ping_geometry, self.plan
         frame = RadialFrame(*self.window.start, self.prepared.heading, plan.step)
@@ -214,17 +213,19 @@ class FastReverberation:
             float(ping_geometry.transmit_position[2]), seabed.depth, ping_geometry.sound_speed,
             ping_geometry.wavelength, (seabed.depth, seabed.depth) if seabed.terrain is None else seabed.terrain.span,
         )  # fmt: skip
-        legs, pairs, interference_ranges = _allocate(part, plan)
-        range_count = kernel.walk_radials(frame, channel, part, tiles, plan.table, legs, pairs, interference_ranges)
+        legs, pairs, interference_ranges = _allocate(radial_set, plan)
+        range_count = kernel.walk_radials(
+            frame, channel, radial_set, tiles, plan.table, legs, pairs, interference_ranges
+        )
         terrain = seabed.terrain
         if terrain is not None and terrain.span[0] < terrain.span[1]:
-            reflect_at_fitted_planes(self.rays, terrain, ping_geometry, plan, part, legs)
+            reflect_at_fitted_planes(self.rays, terrain, ping_geometry, plan, radial_set, legs)
         unlit = unlit_rows(plan, legs, pairs) if labelled else None
-        positions: Callable[[], Floats] = partial(sample_positions, ping_geometry, part, legs)
+        positions: Callable[[], Floats] = partial(sample_positions, ping_geometry, radial_set, legs)
         positions = cache(positions) if labelled else positions
-        shaded = self._apply_target_shadows(part, legs, positions()) if part.passes_target.any() else None
+        shaded = self._apply_target_shadows(radial_set, legs, positions()) if radial_set.passes_target.any() else None
         if seabed.texture is not None:
-            factor = self._texture(part.radials, legs).astype(np.float32)
+            factor = self._texture(radial_set.radials, legs).astype(np.float32)
             for k, many in enumerate(pairs.sample_count):
                 pairs.weight[k, :many] *= factor[pairs.rows[k, :many]]
         for k, (i, j) in enumerate(plan.allocation.pair if not plan.table.direction_factor.size else ()):
@@ -239,7 +240,7 @@ class FastReverberation:
         )  # fmt: skip
 
     def _texture(self, radials: Floats, legs: RadialLegs) -> Floats:
-        """Factor of the seabed's texture on the cross section of the samples of some radials [1], shape (n,)."""
+        """Factor of the seabed's texture on the cross section at the samples of some radials [1], shape (n,)."""
         bearing = np.arctan2(radials[:, column.SINE], radials[:, column.COSINE]) + self.prepared.heading
         bearing = np.repeat(bearing, np.diff(legs.radial_offsets))
         direction = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
@@ -250,13 +251,13 @@ class FastReverberation:
         self, transmit_direction: NDArray[np.float32], receive_direction: NDArray[np.float32],
         normal: NDArray[np.float32], rows: NDArray[np.int32], weight: NDArray[np.float32],
     ) -> None:  # fmt: skip
-        """Multiply the area that samples represent by the law's cross section per area for one pair.
+        """Multiply the areas that samples of one pair represent by the law's cross section per area.
 
         Args:
             transmit_direction: Direction of the transmit leg at all samples, away from the sonar [1], (3, n).
             receive_direction: The same of the receive leg, opposite to that of the scattered sound [1], (3, n).
-            normal: Unit normals at all samples, (3, n).
-            rows: Samples of the pair, (m,).
+            normal: Unit normals into the water at all samples, (3, n).
+            rows: Indices of the samples of the pair, (m,).
             weight: Area of each sample of the pair [m^2], changed in place, (m,).
         """
         directions = _SCRATCH.array("law directions", (9 * DIRECTIONS_PER_BATCH,), np.float32)
@@ -268,36 +269,38 @@ class FastReverberation:
             self.plan.law.fill(incident, scattered, normals, values[: len(batch)])
             weight[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(batch)]
 
-    def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs, positions: Floats) -> ShadedSamples | None:
+    def _apply_target_shadows(self, radial_set: RadialSet, legs: RadialLegs, positions: Floats) -> ShadedSamples | None:
         """Multiply leg amplitudes on radials that cross a target by their visibility; return these legs, if any.
 
         Args:
-            part: The radials.
+            radial_set: The radials.
             legs: Legs to their samples, of which those beyond the nearest target are changed in place.
             positions: North, east, depth of the samples [m], shape (3, n).
         """
         position = self.ping_geometry.transmit_position
         north, east, radius = self.plan.bounding_cylinders[:, :3].T
         nearest = (np.hypot(north - position[0], east - position[1]) - radius).min()
-        passes = np.repeat(part.passes_target, np.diff(legs.radial_offsets))
+        passes = np.repeat(radial_set.passes_target, np.diff(legs.radial_offsets))
         row = np.flatnonzero(passes & (legs.range_depth[0, : len(passes)] > nearest))
         if not len(row):
             return None
         points, normals = (
             np.ascontiguousarray(columns.take(row, axis=1).T, float) for columns in (positions, legs.normal)
         )
-        edges = self.path_settings.edge_diffraction
-        shaded = shaded_legs(self.rays, self.ping_geometry, self.plan, edges, points, normals)
+        edge_diffraction = self.path_settings.edge_diffraction
+        shaded = shaded_legs(self.rays, self.ping_geometry, self.plan, edge_diffraction, points, normals)
         legs.amplitude[:, row] *= shaded.visibility
         return ShadedSamples(row, shaded)
 
 
-def _allocate(part: RadialSet, plan: ReverberationPlan) -> tuple[RadialLegs, PairSamples, NDArray[np.int64]]:
+def _allocate(radial_set: RadialSet, plan: ReverberationPlan) -> tuple[RadialLegs, PairSamples, NDArray[np.int64]]:
     """Arrays to be filled: legs to samples, samples of pairs, and interference ranges."""
-    f, p, is_complete = len(plan.families), len(plan.allocation.pair), part.radials is plan.radials
-    points, size, range_count = plan.sample_sizes if is_complete else sizes_of_lists(part.lists, part.list_rows)
+    f, p, is_complete = len(plan.families), len(plan.allocation.pair), radial_set.radials is plan.radials
+    points, size, range_count = (
+        plan.sample_sizes if is_complete else sizes_of_lists(radial_set.lists, radial_set.list_rows)
+    )
     legs = RadialLegs(
-        np.empty(len(part.radials) + 1, np.int64), _SCRATCH.array("point", (2, points), np.float64),
+        np.empty(len(radial_set.radials) + 1, np.int64), _SCRATCH.array("point", (2, points), np.float64),
         _SCRATCH.array("normal", (3, points), np.float32), _SCRATCH.array("delay", (f, points), np.float64),
         _SCRATCH.array("amplitude", (f, points), np.complex64), _SCRATCH.array("departure", (f, 3, points), np.float32),
         _SCRATCH.array("arrival", (f, 3, points), np.float32),
@@ -353,11 +356,11 @@ def prepare_fast_reverberation(
     prepared = _PREPARED.get(key, lambda: _prepare(scene, path_settings, ping_geometry, rays))
     if prepared is None:
         return None
-    parts = _radial_sets(rays, path_settings, ping_geometry, prepared)
-    window = terrain_window(scene.seabed.terrain, ping_geometry, prepared.plan.step, parts, prepared.farthest)
+    radial_sets = _radial_sets(rays, path_settings, ping_geometry, prepared)
+    window = terrain_window(scene.seabed.terrain, ping_geometry, prepared.plan.step, radial_sets, prepared.farthest)
     if window is None:
         return None
-    return FastReverberation(scene, rays, path_settings, ping_geometry, prepared, parts, window)
+    return FastReverberation(scene, rays, path_settings, ping_geometry, prepared, radial_sets, window)
 
 
 def _radial_sets(
@@ -446,10 +449,12 @@ def _refraction(
     if not rays.uses_tables(frequency):
         return None
     absorption = absorption_exponent(absorption_db(rays.scene.water, frequency))
-    end = RaysFromDepth(rays, source, ping_geometry.sound_speed, absorption)
+    rays_from_sonar = RaysFromDepth(rays, source, ping_geometry.sound_speed, absorption)
     return _TABLES.get(
         (Identity(rays), source, families, frequency, farthest),
-        lambda: refraction_table(end, families, bounce_tables(families)[2], ping_geometry.wavelength, farthest),
+        lambda: refraction_table(
+            rays_from_sonar, families, bounce_tables(families)[2], ping_geometry.wavelength, farthest
+        ),
     )
 
 

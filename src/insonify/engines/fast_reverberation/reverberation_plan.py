@@ -65,9 +65,9 @@ class ReverberationPlan:
 
     @cached_property
     def energy(self) -> NDArray[np.float32]:
-        """Energy of every pair, both orders, from each range bin of each radial, re the pulse's energy at 1 m.
+        """Energy of every pair, both orders, from each range bin of each radial, re the pulse's energy at 1 m [m^-2].
 
-        Shape (s, b, p) [m^-2], over the mean seabed without targets. Beams are evaluated across the width of each
+        Shape (s, b, p), over the mean seabed without targets. Beams are evaluated across the width of each
         radial: near a null the gain on its centre line is less than the mean over its width.
         """
         across = self.radials.copy()
@@ -76,7 +76,7 @@ class ReverberationPlan:
 
     @cached_property
     def direct_rows(self) -> tuple[int, int]:
-        """Row of the pair of two direct legs, and row of the direct family; -1 for none."""
+        """Row of the pair D-D in `SampleAllocation.pair`, and row of the family D; -1 for none."""
         if DIRECT not in self.families:
             return -1, -1
         direct = self.families.index(DIRECT)
@@ -101,7 +101,7 @@ class ReverberationPlan:
 
 
 def sizes_of_lists(lists: SampleLists, list_rows: NDArray[np.int64]) -> tuple[int, int, int]:
-    """Sizes of some lists together: points, rows of the pair of families with the most, and interference ranges.
+    """Numbers of points, of rows of the pair with the most, and of interference ranges in some lists together.
 
     Args:
         lists: Lists of samples.
@@ -226,18 +226,23 @@ def absorption_db(water: Water, frequency: float) -> float:
 
 @lru_cache(maxsize=32)
 def bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[str, ...]]:
-    """Codes of the bounces of each family (f, most), its rows of launches (f, most + 1), and names of the launches."""
-    strings = [bounce_sequence(name) for name in families]
-    longest = max(1, *(len(string) for string in strings))
+    """Bounces and launch horizons of f families, see `FamilyTable`.
+
+    Returns:
+        Codes of the bounces of each family, (f, most); row of the launch horizon of each of its segments,
+        (f, most + 1); names of the launch horizons: the families of the bounces before these segments.
+    """
+    sequences = [bounce_sequence(name) for name in families]
+    longest = max(1, *(len(letters) for letters in sequences))
     bounce_codes = np.zeros((len(families), longest), np.int64)
     horizon_row = np.zeros((len(families), longest + 1), np.int64)
     horizon_names: list[str] = []
-    for f, string in enumerate(strings):
-        bounce_codes[f, : len(string)] = [1 + (letter == "B") for letter in string]
-        for k in range(len(string) + 1):
-            if k == 0 and first_boundary(string) == "surface":
+    for f, letters in enumerate(sequences):
+        bounce_codes[f, : len(letters)] = [1 + (letter == "B") for letter in letters]
+        for k in range(len(letters) + 1):
+            if k == 0 and first_boundary(letters) == "surface":
                 continue  # a rising ray clears the seabed
-            name = string[:k] or "D"
+            name = letters[:k] or "D"
             if name not in horizon_names:
                 horizon_names.append(name)
             horizon_row[f, k] = horizon_names.index(name)
@@ -250,10 +255,10 @@ _REFLECTION_TABLES: RecentResults[NDArray[np.complex64]] = RecentResults(32)
 def _reflection_table(
     scene: Scene, families: tuple[str, ...], launches: LaunchAngles, wavelength: float, is_rough: bool
 ) -> NDArray[np.complex64]:
-    """Product of the bounces of each family over evenly spaced sines of the grazing angle at the mean seabed.
+    """Reflection products of f families over evenly spaced sines of the grazing angle at the mean seabed.
 
     Returns:
-        Products [1], (f, nodes).
+        Product of the reflection coefficients of each family [1], (f, nodes).
     """
     sine = np.linspace(0, 1, REFLECTION_NODES)
     depth, terrain = scene.seabed.depth, scene.seabed.terrain
@@ -264,9 +269,9 @@ def _reflection_table(
     tangent = np.maximum(sine, 1e-6) / np.sqrt(np.maximum(1 - sine**2, 1e-12))
     slope = launches.launch_slope_to_bottom(tangent)
     table = np.ones((len(families), REFLECTION_NODES), np.complex128)
-    for row, string in enumerate(map(bounce_sequence, families)):
-        *bounces, distance = launches.bounce_ranges(string + "B", slope)
-        for letter, bounce in zip(string, bounces, strict=True):
+    for row, letters in enumerate(map(bounce_sequence, families)):
+        *bounces, distance = launches.bounce_ranges(letters + "B", slope)  # the last one is at the scatterer
+        for letter, bounce in zip(letters, bounces, strict=True):
             if letter == "S":
                 table[row] *= scene.surface.reflection_coefficient(at_surface)
                 continue
@@ -276,6 +281,7 @@ def _reflection_table(
                 half_length = fresnel_half_length(
                     np.where(exists, bounce, 1.0), np.where(exists, distance, 2.0), tangent, wavelength
                 )
-                zone = np.maximum(2 * half_length * np.sqrt(np.maximum(sine, 1e-6)), 1e-6)
-                table[row] *= terrain.roughness_reflection_factor(sine, wavelength, np.asarray(zone, float))
+                # geometric mean of the Fresnel zone's length and width [m]
+                zone_size = np.maximum(2 * half_length * np.sqrt(np.maximum(sine, 1e-6)), 1e-6)
+                table[row] *= terrain.roughness_reflection_factor(sine, wavelength, np.asarray(zone_size, float))
     return table.astype(np.complex64)

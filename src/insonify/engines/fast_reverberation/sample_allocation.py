@@ -25,7 +25,7 @@ from insonify.engines.fast_reverberation._sample_allocation_kernel import (
     pair_energies,
     pair_keep_probabilities,
 )
-from insonify.engines.fast_reverberation.level_legs import LevelLegs, level_legs
+from insonify.engines.fast_reverberation.flat_seabed_legs import FlatSeabedLegs, flat_seabed_legs
 from insonify.engines.radial_tables import STRAIGHT, RefractionTable
 from insonify.propagation.families import bottom_bounces, bounce_sequence, image_depth
 from insonify.recent_results import Identity, RecentResults
@@ -35,11 +35,11 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 MIN_PROBABILITY_STEPS = 1
-"""Smallest keep probability of a pair that is received."""
+"""Smallest keep probability of a pair that is received, in units of 1 / `FULL_PROBABILITY`."""
 RANGE_BINS = 48
-"""Number of range bins with one keep probability each."""
+"""Number of range bins of a radial; a pair has one keep probability in each."""
 EDGE_FRACTIONS = np.linspace(0, 1, RANGE_BINS + 1) ** 1.5
-"""Edges of the range bins, re the distance from the nearest to the farthest [1]."""
+"""Edges of the range bins, from 0 at the nearest to 1 at the farthest horizontal distance [1]."""
 FULL_SAMPLING_ENERGY = 0.01
 """Energy of one sample re that received at the same time for which the keep probability is 1 [1]: about the variance
 due to importance sampling."""
@@ -48,7 +48,7 @@ BOUNCE_COST_FACTOR = 2.0
 INTERFERENCE_PULSES = 4.0
 """Lag at which two arrivals no longer interfere, in durations of the pulse's energy [1]."""
 MAX_STEP = 8
-"""Longest step of a radial with low keep probabilities [steps]."""
+"""Longest step of a radial with low keep probabilities, in steps of the radials' frame [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class SampleAllocation:
     radials: Floats
     """See `radial_columns`: the given radials, some of them split, with longer steps in the farther part, (s, 9)."""
     pair: NDArray[np.int64]
-    """Rows of two families in ascending order, (p, 2)."""
+    """Rows of the two families of each pair, the lower one first, (p, 2)."""
     edges: Floats
     """Edges of the range bins, horizontal distances [m], (b + 1,)."""
     keep_probability: NDArray[np.uint8]
@@ -80,15 +80,16 @@ def allocate_samples(
     Args:
         ping_geometry: The sonar, both ends at one position.
         depth: Depth of the mean seabed [m].
-        rise: Largest height of the seabed above or below it [m].
+        rise: Largest deviation of the seabed from that depth [m].
         families: Families that reach the seabed.
         radials: See `radial_columns`.
         step: Distance of samples along them [m].
         heading: Heading of their frame [rad].
         law: Scattering law of the seabed.
-        reflection_products: Product of all bounces of a family over evenly spaced sines, (f, nodes).
+        reflection_products: Product of the reflection coefficients of each family over evenly spaced sines of the
+            grazing angle, 0 to 1 [1], (f, nodes).
         absorption_db: Absorption of the water [dB/m].
-        slope: Assumed slope of the seabed [1].
+        slope: Assumed slope of the seabed, 0 for a flat one [1].
         refraction: Refraction table of the families.
     """
     pair, odd, has_bottom_bounce = _pairs_of(families)
@@ -97,32 +98,32 @@ def allocate_samples(
                         lambda _: np.zeros((0, 1, len(pair)), np.float32))  # fmt: skip
     nearest, farthest = float(radials[:, column.START].min()), float(radials[:, column.STOP].max())
     edges = nearest + (farthest - nearest) * EDGE_FRACTIONS
-    water = _LevelWater(
+    water = _FlatSeabedWater(
         float(ping_geometry.transmit_position[2]), depth, rise, ping_geometry.sound_speed, absorption_db, slope,
         families, Identity(refraction),
     )  # fmt: skip
-    level = _LEVEL_PAIRS.get(
+    flat_pairs = _FLAT_SEABED_PAIRS.get(
         (water, *map(Identity, (law, reflection_products)), edges.tobytes()),
-        lambda: _level_pairs(water, refraction, law, reflection_products, edges),
+        lambda: _flat_seabed_pairs(water, refraction, law, reflection_products, edges),
     )
-    climb, strength = level.climb, level.strength
+    climb, strength = flat_pairs.climb, flat_pairs.strength
     transmit, receive = ping_geometry.transmit_beams.kernel_tables, ping_geometry.receive_beams.kernel_tables
     same_beams = ping_geometry.same_beams
 
     def energies(subset: Floats) -> NDArray[np.float32]:
-        line_energy = np.empty((len(subset), RANGE_BINS, len(pair)), np.float32)
-        pair_energies(subset, heading, edges, climb, odd, pair, strength, transmit, receive, same_beams, line_energy)
-        return line_energy
+        radial_energy = np.empty((len(subset), RANGE_BINS, len(pair)), np.float32)
+        pair_energies(subset, heading, edges, climb, odd, pair, strength, transmit, receive, same_beams, radial_energy)
+        return radial_energy
 
     energy = energies(radials)
     pulse, sums = ping_geometry.pulse, np.empty((RANGE_BINS, len(pair)))
     add_radials(energy.reshape(len(radials), -1), sums.reshape(-1))
     total = sums.T
-    pair_delay, duration = level.delay, pulse.effective_duration
+    pair_delay, duration = flat_pairs.delay, pulse.effective_duration
     durations = np.maximum(np.diff(pair_delay, axis=1), duration) / duration
     energy_sum = np.diff(arrived_energy(pair_delay, total), axis=1) / durations
     received = np.ascontiguousarray((total / durations >= NEGLIGIBLE * energy_sum).T)
-    pair_group = _interfering_pairs(level.extremes, pair, INTERFERENCE_PULSES * duration, received)
+    pair_group = _interfering_pairs(flat_pairs.extreme_delays, pair, INTERFERENCE_PULSES * duration, received)
     costly = has_bottom_bounce & (slope > 0)
     full_energy = np.ascontiguousarray(
         np.maximum(FULL_SAMPLING_ENERGY * np.where(costly, BOUNCE_COST_FACTOR, 1.0)[:, None] * energy_sum, 1e-300).T
@@ -148,15 +149,15 @@ def allocate_samples(
     )  # fmt: skip
 
 
-class _LevelWater(NamedTuple):
-    """Sonar, water and seabed of the legs of a sonar to a level seabed, except its reflection."""
+class _FlatSeabedWater(NamedTuple):
+    """Depth of a sonar, and water and seabed of its legs to a flat seabed, without the reflections."""
 
     source: float
     """Depth of the sonar [m]."""
     depth: float
     """Depth of the mean seabed [m]."""
     rise: float
-    """Largest height of the seabed above or below it [m]."""
+    """Largest deviation of the seabed from that depth [m]."""
     speed: float
     """Sound speed of straight rays [m/s]."""
     absorption_db: float
@@ -169,34 +170,34 @@ class _LevelWater(NamedTuple):
     """Refraction table of the families."""
 
 
-class _LevelPairs(NamedTuple):
-    """Pairs of legs to a level seabed, in all attitudes of a sonar."""
+class _FlatSeabedPairs(NamedTuple):
+    """Pairs of legs to a flat seabed, the same in all attitudes of a sonar."""
 
     climb: Floats
-    """See `LevelLegs`, in the middle of each range bin [m], (f, b)."""
+    """`FlatSeabedLegs.climb` in the middle of each range bin [m], (f, b)."""
     strength: Floats
-    """Cross section of each pair times the squares of both legs' pressures [m^-4], (p, b)."""
+    """Cross section per area of each pair times the squares of both legs' pressures [m^-4], (p, b)."""
     delay: Floats
-    """Travel time of each pair to the edges of the range bins [s], (p, b + 1)."""
-    extremes: list[Floats]
-    """Travel times of the families to these edges over the highest and the deepest level [s], (f, b + 1) each; none
-    where there is one pair."""
+    """Two-way travel time of each pair to the edges of the range bins [s], (p, b + 1)."""
+    extreme_delays: list[Floats]
+    """One-way travel times of the families to these edges on a flat seabed at the least and the greatest depth [s],
+    (f, b + 1) each; none where there is one pair."""
 
 
-_LEVEL_PAIRS: RecentResults[_LevelPairs] = RecentResults(8)
-"""Pairs at the last depths; both sides of a sonar share them."""
+_FLAT_SEABED_PAIRS: RecentResults[_FlatSeabedPairs] = RecentResults(8)
+"""Pairs for the sonar depths used last; both sides of a sonar share them."""
 
 
-def _level_pairs(
-    water: _LevelWater, refraction: RefractionTable, law: CompiledLaw, reflection_products: NDArray[np.complex64],
+def _flat_seabed_pairs(
+    water: _FlatSeabedWater, refraction: RefractionTable, law: CompiledLaw, reflection_products: NDArray[np.complex64],
     edges: Floats,
-) -> _LevelPairs:  # fmt: skip
-    """Pairs of legs to a level seabed; arguments see `allocate_samples`."""
+) -> _FlatSeabedPairs:  # fmt: skip
+    """Pairs of legs to a flat seabed; arguments are those of `allocate_samples`, edges those of the range bins [m]."""
     pair, depth = _pairs_of(water.families)[0], water.depth
     image_depths = np.array([image_depth(name, water.source, depth) for name in water.families])
-    legs = partial(level_legs, refraction, image_depths, water.speed)
+    legs = partial(flat_seabed_legs, refraction, image_depths, water.speed)
     in_bins = legs((edges[1:] + edges[:-1]) / 2, depth)
-    return _LevelPairs(
+    return _FlatSeabedPairs(
         np.ascontiguousarray(in_bins.climb),
         _strengths(in_bins, pair, law, reflection_products, water.absorption_db, water.slope),
         legs(edges, depth).delay[pair].sum(axis=1),
@@ -206,7 +207,12 @@ def _level_pairs(
 
 @lru_cache(maxsize=32)
 def _pairs_of(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Pairs of families (p, 2), True for families with an odd number of bounces, for pairs with a bottom bounce."""
+    """Pairs of families.
+
+    Returns:
+        Rows of two families, (p, 2); True for families with an odd number of bounces, (f,); True for pairs with a
+        bottom bounce, (p,).
+    """
     count = len(families)
     pair = np.array([(i, j) for i in range(count) for j in range(i, count)], np.int64)
     odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
@@ -215,10 +221,13 @@ def _pairs_of(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.
 
 
 def _strengths(
-    legs: LevelLegs, pair: NDArray[np.int64], law: CompiledLaw, reflection_products: NDArray[np.complex64],
+    legs: FlatSeabedLegs, pair: NDArray[np.int64], law: CompiledLaw, reflection_products: NDArray[np.complex64],
     absorption_db: float, slope: float,
 ) -> Floats:  # fmt: skip
-    """Cross section of each pair times the squares of both legs' pressures at n distances [m^-4], (p, n)."""
+    """Cross section per area of each pair times the squares of both legs' pressures at n distances [m^-4], (p, n).
+
+    The cross section is the mean over a seabed that rises, is flat, and falls outwards by the slope [1].
+    """
     length, sine = legs.length, legs.arrival_sine
     node = np.rint(legs.bounce_sine * (reflection_products.shape[1] - 1)).astype(int)
     reflected = np.abs(reflection_products[np.arange(len(node))[:, None], node]) ** 2
@@ -228,38 +237,38 @@ def _strengths(
     normal = _tilted_normals(slope, pair.shape[0] * length.shape[1])
     directions = np.empty((2, 3, 3, len(pair), length.shape[1]), np.float32)
     directions[0], directions[1] = direction[:, None, pair[:, 0]], -direction[:, None, pair[:, 1]]
-    section = np.empty(normal.shape[1], np.float32)
+    cross_section = np.empty(normal.shape[1], np.float32)
     incoming, outgoing = directions.reshape(2, 3, -1)
-    law.fill(incoming, outgoing, normal, section)
+    law.fill(incoming, outgoing, normal, cross_section)
     strength, transmit, receive = np.zeros((len(pair), length.shape[1])), power[pair[:, 0]], power[pair[:, 1]]
-    for part in section.reshape(3, *strength.shape):
-        strength += part / 3 * transmit * receive
+    for section in cross_section.reshape(3, *strength.shape):
+        strength += section / 3 * transmit * receive
     return strength
 
 
 @lru_cache(maxsize=16)
 def _tilted_normals(slope: float, count: int) -> NDArray[np.float32]:
-    """Unit normals of seabed that rises, is level, and falls outwards, each so many times [1], (3, 3 * count)."""
+    """Unit normals of seabed that rises, is flat, and falls outwards, each `count` times [1], (3, 3 * count)."""
     tilt = np.repeat([-slope, 0.0, slope], count)
     return np.stack([np.sin(tilt), 0 * tilt, -np.cos(tilt)]).astype(np.float32)
 
 
 def _interfering_pairs(
-    levels: list[Floats], pair: NDArray[np.int64], max_lag: float, needed: NDArray[np.bool_]
+    delays: list[Floats], pair: NDArray[np.int64], max_lag: float, needed: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
     """First of the pairs that may arrive within a lag of each pair, possibly the pair itself, (b, p).
 
     Args:
-        levels: Travel times of the families to the edges of the range bins [s], over the highest and the deepest level
-            of the seabed, (f, b + 1) each.
+        delays: One-way travel times of the families to the edges of the range bins [s], on a flat seabed at the least
+            and the greatest depth, (f, b + 1) each.
         pair: Rows of two families, (p, 2).
         max_lag: Largest lag [s].
         needed: True for the pairs that are received, (b, p).
     """
     if len(pair) == 1:
         return np.zeros(needed.shape, np.int64)
-    ends = [delay[pair].sum(axis=1).T for delay in levels]
-    pair_delay = np.stack([end[part] for end in ends for part in (slice(None, -1), slice(1, None))])
+    at_edges = [delay[pair].sum(axis=1).T for delay in delays]
+    pair_delay = np.stack([delay[side] for delay in at_edges for side in (slice(None, -1), slice(1, None))])
     lag = pair_delay[..., :, None] - pair_delay[..., None, :]
     overlap = (lag.min(axis=0) <= max_lag) & (lag.max(axis=0) >= -max_lag) & needed[:, :, None] & needed[:, None, :]
     overlap |= np.eye(len(pair), dtype=bool)

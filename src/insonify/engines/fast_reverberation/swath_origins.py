@@ -1,4 +1,4 @@
-"""Origins of fast reverberation for labels: positions of its samples, and occluded direct legs by occluder."""
+"""Origins of echoes in fast reverberation, for labels: positions of samples, and occluded direct legs by occluder."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from insonify.engines.fast_reverberation._origin_kernel import (
     unlit_points,
     unoccluded_amplitudes,
 )
-from insonify.engines.fast_reverberation.level_legs import relative_pressure
+from insonify.engines.fast_reverberation.flat_seabed_legs import relative_pressure
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.fast_reverberation.shadow_radials import ShadedLegs
 from insonify.engines.radial_tables import PairSamples, RadialLegs, RadialSet
@@ -29,13 +29,13 @@ class ShadedSamples(NamedTuple):
     """Samples on radials that may cross a target."""
 
     points: Rows
-    """Rows of the samples, (k,)."""
+    """Indices of the samples in `RadialLegs`, (k,)."""
     legs: ShadedLegs
     """Their legs past targets, (f, k)."""
 
 
 def unlit_rows(plan: ReverberationPlan, legs: RadialLegs, pairs: PairSamples) -> Rows:
-    """Indices, in the direct pair's list, of samples without a direct leg before occlusion by targets, (m,)."""
+    """Indices in the list of the pair D-D of samples that no direct leg reaches, targets disregarded, (m,)."""
     direct_pair, direct = plan.direct_rows
     if direct_pair < 0:
         return np.zeros(0, np.int64)
@@ -44,16 +44,16 @@ def unlit_rows(plan: ReverberationPlan, legs: RadialLegs, pairs: PairSamples) ->
     return unlit[: unlit_points(legs.amplitude[direct], points, unlit)]
 
 
-def sample_positions(ping_geometry: PingGeometry, part: RadialSet, legs: RadialLegs) -> Floats:
+def sample_positions(ping_geometry: PingGeometry, radial_set: RadialSet, legs: RadialLegs) -> Floats:
     """North, east, depth of the samples of some radials [m], shape (3, n).
 
     Args:
         ping_geometry: The sonar at this ping.
-        part: The radials.
+        radial_set: The radials.
         legs: Legs to the samples of the radials.
     """
     (north, east, _), position = ping_geometry.transmit_position, np.empty((3, int(legs.radial_offsets[-1])))
-    list_starts, bearing = part.lists.list_offsets[part.list_rows], part.lists.beam_bearing
+    list_starts, bearing = radial_set.lists.list_offsets[radial_set.list_rows], radial_set.lists.beam_bearing
     fill_positions(north, east, legs.radial_offsets, list_starts, bearing, legs.range_depth, position)
     return position
 
@@ -80,7 +80,7 @@ def sample_origins(
         return position(), grazing
 
     direct_pair, direct = plan.direct_rows
-    occluded, lost, occluder = _occluded_points(legs, pairs, unlit, shaded, direct_pair, direct)
+    occluded, lost_fraction, occluder = _occluded_points(legs, pairs, unlit, shaded, direct_pair, direct)
     unoccluded = np.zeros(0, np.complex64)
     if len(occluded):
         unoccluded, points = np.empty(len(occluded), np.complex64), pairs.rows[direct_pair, occluded]
@@ -93,21 +93,22 @@ def sample_origins(
             unoccluded *= relative_pressure(plan.table.refraction, direct, distance, depth)
         if not unoccluded.all():
             row = np.flatnonzero(unoccluded)
-            occluded, unoccluded, lost, occluder = occluded[row], unoccluded[row], lost[row], occluder[row]
-    return Origins(plan.families, positions, direct, direct_pair, occluded, unoccluded, lost, occluder)
+            occluded, unoccluded = occluded[row], unoccluded[row]
+            lost_fraction, occluder = lost_fraction[row], occluder[row]
+    return Origins(plan.families, positions, direct, direct_pair, occluded, unoccluded, lost_fraction, occluder)
 
 
 def _occluded_points(
     legs: RadialLegs, pairs: PairSamples, unlit: Rows, shaded: ShadedSamples | None, direct_pair: int, direct: int
 ) -> tuple[Rows, Floats, NDArray[np.int16]]:
-    """Occluded samples of the direct pair, the fraction of two-way energy that each loses [1], and the occluders.
+    """Occluded samples of the pair D-D, the fraction of two-way energy that each loses, and the occluders.
 
-    A sample hidden by terrain and by a target counts as hidden by the target.
+    A sample that terrain and a target occlude counts as occluded by the target, with all of its energy lost.
 
-    Arguments see `sample_origins`.
+    Arguments are those of `sample_origins`, and the row of the pair D-D and that of the family D, -1 for none.
 
     Returns:
-        Indices in the direct pair's list, fractions, and rows of the occluders, each of shape (k,).
+        Indices in the list of the pair D-D, fractions lost [1], and rows of the occluders, each of shape (k,).
     """
     lost_fraction, occluder_row = np.ones(len(unlit)), np.full(len(unlit), SEABED_OCCLUDER, np.int16)
     if shaded is None or direct_pair < 0:

@@ -11,7 +11,7 @@ from insonify.random_keys import philox
 Floats = NDArray[np.float64]
 
 DRAW_KIND = (1 << 16) + 4
-"""Fourth counter of the random number by which a glint gives a slope or a change of the wavenumber: above glints'."""
+"""Fourth counter of the random number that selects slope or wavenumber of a glint; larger than those of glints."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -19,16 +19,16 @@ def sample_wavenumbers(
     ray_id: NDArray[np.uint64], code: int, key: tuple[int, int], phase: Floats, waves: WindWaves, wavenumber: Floats,
     gives_slope: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Wavenumbers that glints add to rays.
+    """Sample the horizontal wavenumbers that glints add to rays.
 
     Args:
         ray_id: Identifiers of the rays, (n,).
         code: Number of the bounce.
         key: Key of the random numbers.
-        phase: Phase per height of the bounces [rad/m], (n,).
+        phase: Phase per height of the bounces, the vertical change of the wave vector [rad/m], (n,).
         waves: Tables of the waves.
         wavenumber: Result: wavenumbers along and across the wind [rad/m], (n, 2).
-        gives_slope: Result: True for every other ray at random, (n,).
+        gives_slope: Result: True, with probability 1/2, for rays that take the slope of the glint, (n,).
     """
     for n in range(ray_id.size):
         along, across, _, _ = sample_glint(ray_id[n], code, key, phase[n], True, waves, 0.0, 0)

@@ -21,13 +21,13 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MAX_SAGITTA = 1e-3
-"""Largest distance of an arc from its chord [m]."""
+"""Largest distance between an arc and its chord [m]."""
 MIN_CURVATURE = 1e-9
 """Curvature below which a ray is straight within a layer [1/m]."""
 MAX_ARCS = 1_000_000
 """Number of arcs after which a ray is given up [1]."""
 OMITTED_FRACTION = 1e-9
-"""Part of the way to the receiver that is left out, so that it does not end on the other side of a boundary [1]."""
+"""Fraction of the path to the receiver that is not tested, so that it does not end across a boundary [1]."""
 
 
 class RefractingScene(NamedTuple):
@@ -56,7 +56,7 @@ def layer_of(z: float, angle: float, water: SoundSpeedLayers) -> int:
 def next_arc(
     z: float, angle: float, slowness: float, layer: int, longest: float, water: SoundSpeedLayers
 ) -> tuple[float, float, float, float, int]:
-    """The next arc of a ray, up to the border of its layer or a length.
+    """The next arc of a ray, up to the border of its layer or the largest length.
 
     Args:
         z: Depth [m].
@@ -67,8 +67,8 @@ def next_arc(
         water: The layers.
 
     Returns:
-        Its length [m], its curvature [1/m], depth [m] and angle [rad] at its end, and the layer entered: -1 above the
-        surface, and the number of layers below the last knot.
+        Its length [m]; its curvature, the decrease of the angle per metre [rad/m]; depth [m] and angle [rad] where it
+        ends; and the layer entered: -1 above the surface, and the number of layers below the last knot.
     """
     depth, speed = water.depth, water.speed
     gradient = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer])
@@ -101,7 +101,16 @@ def _sinc(x: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _arc_delay(z: float, angle: float, curvature: float, length: float, layer: int, water: SoundSpeedLayers) -> float:
-    """Travel time along an arc [s], by Gauss-Legendre quadrature with four nodes."""
+    """Travel time along an arc [s], by Gauss-Legendre quadrature with four nodes.
+
+    Args:
+        z: Depth at its start [m].
+        angle: Angle of travel there, positive down [rad].
+        curvature: Decrease of that angle per metre [rad/m].
+        length: Length of the arc [m].
+        layer: Row of its layer.
+        water: The layers.
+    """
     depth, speed = water.depth, water.speed
     gradient, total = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer]), 0.0
     start_speed = speed[layer] + gradient * (z - depth[layer])
@@ -125,7 +134,7 @@ def _longest_chord(slowness: float, layer: int, water: SoundSpeedLayers) -> floa
 def refracted_hits(
     origin: Floats, direction: Floats, farthest: Floats, scene: RefractingScene, missing: Mask, hits: FirstHits
 ) -> None:
-    """First hits of rays.
+    """Find the first hits of refracted rays.
 
     Args:
         origin: Starting points [m], (n, 3).
@@ -198,17 +207,17 @@ def clear_refracted_paths(
 ) -> None:  # fmt: skip
     """Test reflected paths from some positions to one end of the sonar for occlusion, chord by chord.
 
-    Terrain within half the first Fresnel zone of a bounce on the seabed is the reflecting surface and does not occlude.
+    Terrain within the half length of the first Fresnel zone about a bounce on the seabed reflects and does not occlude.
 
     Args:
         position: The positions [m], (n, 3).
         departure: Directions in which the paths leave them [1], (n, 3).
         length: Path lengths [m], (n,).
-        bottom: For each bounce from the position on, whether it is off the seabed or off the surface, (bounces,).
+        bottom: For each bounce from the position on, True at the seabed, False at the surface, (bounce count,).
         wavelength: Acoustic wavelength [m].
         scene: Water and obstacles.
         missing: Result, True for tiles of the seabed that are not loaded.
-        is_clear: In: positions to test. Result: False where terrain or a body blocks the path, (n,).
+        is_clear: True for positions to test; set to False where terrain or a body blocks the path, (n,).
     """
     terrain, bodies, water = scene.terrain, scene.bodies, scene.water
     for n in range(length.size):
@@ -260,7 +269,14 @@ def clear_refracted_paths(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _half_fresnel_zone(path_length: float, length: float, sine: float, wavelength: float) -> float:
-    """Half the first Fresnel zone along a path about a bounce on the seabed after some of its length [m]."""
+    """Half length of the first Fresnel zone about a bounce on the seabed, projected on the path [m].
+
+    Args:
+        path_length: Length of the path before the bounce [m].
+        length: Length of the whole path [m].
+        sine: Sine of the grazing angle at the bounce [1].
+        wavelength: Acoustic wavelength [m].
+    """
     fraction = min(max(path_length / length, 0.0), 1.0)
     cosine = math.sqrt(max(1 - sine * sine, 1e-18))
     return math.sqrt(wavelength * length * fraction * (1 - fraction)) / max(sine * cosine, 1e-9)

@@ -18,27 +18,28 @@ Singles = NDArray[np.float32]
 Vector = tuple[float, float, float]
 
 BLOCK = 8
-"""Cells along the side of a block."""
+"""Number of cells along the side of a block."""
 BORDER_STEP = 1e-7
 """Distance by which a ray is moved over the border of a square [m]."""
 MAX_START_DEPTH = 1e-4
 """Depth below the seabed up to which a ray's origin counts as on the seabed [m]."""
 BISECTIONS = 24
+"""Number of bisections by which a hit within a cell is found."""
 
 
 class TerrainTiles(NamedTuple):
-    """Heights about the mean plane, in tiles, with the row of each tile."""
+    """Heights above the mean seabed, in tiles, with the row of each tile."""
 
     depth: float
-    """Depth of the mean plane [m]."""
+    """Depth of the mean seabed [m]."""
     cell: float
     """Side of a cell [m]; 0 for a flat seabed, for which the other fields are not used."""
     low: float
-    """Lower bound of the heights [m above the mean plane]."""
+    """Lower bound of the heights [m]."""
     high: float
-    """Upper bound of the heights [m above the mean plane]."""
+    """Upper bound of the heights [m]."""
     corner_a: int
-    """Number of the first row of tiles in `row_of_tile`."""
+    """Number, in the map, of the first row of tiles in `row_of_tile`."""
     corner_b: int
     """Number of the first column."""
     row_of_tile: NDArray[np.int32]
@@ -63,7 +64,7 @@ def terrain_hit(
         start: Distance from which the ray is tested [m].
         stop: Distance up to which the ray is tested [m].
         terrain: The seabed.
-        missing: Result, True for tiles that the ray crosses and that are not loaded, shape of `ground.row_of_tile`.
+        missing: Result, True for tiles that the ray crosses and that are not loaded, shape of `terrain.row_of_tile`.
     """
     x, y, z = origin
     u, v, w = direction

@@ -13,8 +13,9 @@ from insonify.propagation.triangle_tree import TriangleTree, nearest_hit
 Floats = NDArray[np.float64]
 
 NOTHING, BED, SURFACE, BODY = 0, 1, 2, 3
+"""Kinds of interface that a ray hits: none, seabed, water surface, triangle of a body."""
 CLEARANCE = 1e-6
-"""Distance below which an intersection is that with the face just left [m]."""
+"""Distance from a ray's start below which a triangle of a body is not hit: it is the face just left [m]."""
 
 
 class FirstHits(NamedTuple):
@@ -41,7 +42,7 @@ def first_hits(
     origin: Floats, direction: Floats, farthest: Floats, terrain: TerrainTiles, bodies: TriangleTree,
     missing: NDArray[np.bool_], hits: FirstHits,
 ) -> None:  # fmt: skip
-    """First hits of rays.
+    """Find the first hits of straight rays.
 
     Args:
         origin: Starting points [m], (n, 3).
@@ -50,7 +51,7 @@ def first_hits(
         terrain: The seabed.
         bodies: Triangles of all bodies.
         missing: Result, True for tiles of the seabed that are not loaded.
-        hits: Result: distance, kind, row of the body and normal.
+        hits: Result: distance, kind, row of the body and normal; its other columns are not filled.
     """
     distance, hit_kind, body_row, normal = hits.distance, hits.kind, hits.body_row, hits.normal
     for n in range(farthest.size):
@@ -83,17 +84,17 @@ def clear_image_paths(
 ) -> None:  # fmt: skip
     """Test reflected paths between some ends and some positions for occlusion, segment by segment.
 
-    Terrain within half the first Fresnel zone of a bounce on the seabed is the reflecting surface and does not occlude.
+    Terrain within the half length of the first Fresnel zone about a bounce on the seabed reflects and does not occlude.
 
     Args:
-        end: The other ends [m], (n, 3).
-        position: The positions [m], (n, 3).
-        bottom: For each bounce from those ends on, whether it is off the seabed or off the surface, (bounces,).
+        end: Starting points of the paths [m], (n, 3).
+        position: End points of the paths [m], (n, 3).
+        bottom: For each bounce from the starting points on, True at the seabed, False at the surface, (bounce count,).
         wavelength: Acoustic wavelength [m].
         terrain: The seabed.
         bodies: Triangles of all bodies.
         missing: Result, True for tiles of the seabed that are not loaded.
-        is_clear: In: positions to test. Result: False where terrain or a body blocks the path, (n,).
+        is_clear: True for positions to test; set to False where terrain or a body blocks the path, (n,).
     """
     bounces = bottom.size
     for n in range(position.shape[0]):
@@ -122,7 +123,14 @@ def clear_image_paths(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _vertical_path(start: float, stop: float, bottom: NDArray[np.bool_], depth: float) -> float:
-    """Vertical distance travelled with all bounces [m]."""
+    """Vertical distance travelled with all bounces [m].
+
+    Args:
+        start: Depth of the starting point [m].
+        stop: Depth of the end point [m].
+        bottom: For each bounce, True at the seabed, False at the surface, (bounce count,).
+        depth: Depth of the mean seabed [m].
+    """
     z, vertical_path = start, 0.0
     for is_seabed_bounce in bottom:
         end_depth = depth if is_seabed_bounce else 0.0

@@ -35,11 +35,11 @@ MAX_DELAY_DIFFERENCE = 1e-7
 def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> Iterator[EchoEnergies]:
     """Echoes of some hits at the receiver, family by family.
 
-    A path out by one family and back by another arrives together with its reverse, and the two interfere. Each item
+    A path with two different families arrives together with its reverse, and the two interfere. Each item
     has the energy of one order, and as `reciprocal` the interference with the other order: 0 where there is no
     distinct other order. Paths over a target's face are traced from the transmitter; those with a face on the receive
     leg alone are the same path of a monostatic sonar, and otherwise traced from the receiver, in an exchanged ping.
-    Paths back over flat faces are added: by the same reflections, and by others.
+    Receive legs by flat faces are added: by the reflections of the transmit leg, and by others.
 
     Args:
         ping: The ping.
@@ -60,21 +60,21 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
         if family.endswith(own_bounce):
             continue
         rows = np.flatnonzero(_may_arrive(ping, rays))
-        part, normal = rays.take(rows), hits.normal[rows]
-        legs = family_legs(ping, ping.receive, part.origin, family, hits.contribution)
+        arriving, normal = rays.take(rows), hits.normal[rows]
+        legs = family_legs(ping, ping.receive, arriving.origin, family, hits.contribution)
         for receive_leg in legs:
-            returned = scattered_per_steradian(law, part.direction, -receive_leg.arrival, normal)
+            returned = scattered_per_steradian(law, arriving.direction, -receive_leg.arrival, normal)
             returned *= receive_leg.intensity(ping.attenuation)
-            delay = part.delay + receive_leg.delay
+            delay = arriving.delay + receive_leg.delay
             requested = (returned > 0) & in_window(ping, delay)
-            clear = np.flatnonzero(is_clear(ping, part.origin, family, receive_leg, requested))
+            clear = np.flatnonzero(is_clear(ping, arriving.origin, family, receive_leg, requested))
             if not clear.size:
                 continue
             gain = ping.receive_beams.gain(receive_leg.departure[clear]) ** 2
             energy = channel_energies(ping, transmitted[:, rows[clear]], gain * returned[clear])
             if by_target:
                 energy *= 2 if ping.ping_geometry.is_monostatic else 1
-            reciprocal = _reverse_interference(ping, part, family, receive_leg, legs)[clear]
+            reciprocal = _reverse_interference(ping, arriving, family, receive_leg, legs)[clear]
             chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
             yield EchoEnergies(hits.contribution, hits.object, *chains, delay[clear], energy, reciprocal)
     if by_target and rays.is_flat and not ping.is_reversed:
@@ -82,7 +82,13 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
 
 
 def _face_chain_echoes(ping: TracedPing, hits: RayHits, transmitted: Floats) -> Iterator[EchoEnergies]:
-    """Echoes that return by flat faces of targets: in water of one sound speed, those along the transmit path first."""
+    """Echoes that return by flat faces of targets; with one sound speed first those by the faces of the transmit leg.
+
+    Args:
+        ping: The ping.
+        hits: Hits of rays that flat faces have reflected.
+        transmitted: Result of `transmitted_energy`, (beams, n).
+    """
     rays, own_bounce = hits.rays, OWN_BOUNCE[hits.contribution]
     is_isovelocity, is_monostatic = ping.propagation_model is None, ping.ping_geometry.is_monostatic
     if is_isovelocity:
@@ -120,8 +126,8 @@ def _face_echoes(
 
     Args:
         ping: The ping.
-        hits: Hits of rays by flat faces.
-        transmitted: Their energies from `transmitted_energy`.
+        hits: Hits of n rays that flat faces have reflected.
+        transmitted: Result of `transmitted_energy`, (beams, n).
         chain: Reflections of the receive legs, from the receiver outwards.
         paths: The receive legs.
         reciprocal: Interference with the path travelled backwards [1], (n,).
@@ -169,7 +175,7 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
     Args:
         ping: The ping.
         target: The point.
-        position: Its position in the frame of the scatterer grid [m], shape (1, 3).
+        position: Its position in the scatterer grid's frame [m], shape (1, 3).
     """
     strength = float(intensity_ratio(target.target_strength_db))
     source_intensity = float(intensity_ratio(ping.ping_geometry.source_level_db))
@@ -239,9 +245,9 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
 def _reverse_interference(
     ping: TracedPing, rays: RayBundle, family: str, receive_leg: TracedLegs, all_legs: list[TracedLegs]
 ) -> Floats:  # fmt: skip
-    """Interference of paths back by a family with the same travelled backwards [1], shape (n,).
+    """Interference of paths with receive legs of a family with the same paths travelled backwards [1], shape (n,).
 
-    0 where a path is its own reverse; 1 where both ends are at one position.
+    0 where a path is its own reverse, and 1 for any other if transmitter and receiver are at one position.
 
     Args:
         ping: The ping.
@@ -268,6 +274,6 @@ def _reverse_receive_delay(ping: TracedPing, rays: RayBundle) -> Floats:
 
 
 def _may_arrive(ping: TracedPing, rays: RayBundle) -> NDArray[np.bool_]:
-    """True for rays at whose hits the shortest way to the receiver ends before the window does, shape (n,)."""
+    """True for rays from whose hits sound by the shortest path arrives before the window ends, shape (n,)."""
     shortest = np.linalg.norm(rays.origin - ping.receive, axis=1) / ping.scene.water.max_sound_speed
     return np.asarray(rays.delay + shortest <= ping.ping_geometry.recorded_delays[1])

@@ -43,13 +43,13 @@ Floats = NDArray[np.float64]
 PARTS = 16
 """Number of parts of the rays of a ping: fixed, so that sums do not depend on the number of threads."""
 MAX_WINDOWS = 64
-"""Largest number of combinations of a body and a family at which rays are aimed [1]."""
+"""Largest number of combinations of a body and a family towards which rays are aimed [1]."""
 MAX_OVERHEAD_TANGENT = 0.5
 """Tangent of the angle from the vertical within which rays are aimed at a moving surface overhead [1]."""
 AIM_FREQUENCY = 1e5
-"""Frequency of the legs along which rays are aimed, of which their directions are independent [Hz]."""
+"""Frequency given for legs of which only the directions are used: these do not depend on frequency [Hz]."""
 INTENSITY_EXPONENT_PER_DB = np.log(10) / 10
-"""Exponent of the intensity that an absorption of 1 dB causes: exp(-this) is 1 dB down [1/dB]."""
+"""Absorption exponent of intensity per decibel: a loss of x dB is a factor exp(-x times this) [1/dB]."""
 
 Block = Callable[[], list[EchoEnergies]]
 
@@ -105,10 +105,10 @@ class Tracer:
         is_moving, passes_faces = ping.facets is not None, bool(self.scene.occluders) and is_followed(ping, "T")
         is_exchanged = not ping_geometry.is_monostatic and (is_moving or passes_faces)
         exchanged = self._exchanged_ping(ping) if is_moving or is_exchanged else ping
-        traced = [(ping, exchanged)]
+        pings = [(ping, exchanged)]
         if is_exchanged:
-            traced.append((exchanged, ping))
-        rays = [partial(self._trace, *ends, part) for ends in traced for part in range(PARTS)]
+            pings.append((exchanged, ping))
+        rays = [partial(self._trace, *two_pings, part) for two_pings in pings for part in range(PARTS)]
         return [*rays, partial(self._exact_paths, ping)]
 
     def exact_paths(self, ping_geometry: PingGeometry) -> list[EchoEnergies]:
@@ -233,7 +233,13 @@ class Tracer:
         return launch_sampler(transmit, receive, boundary_paths, windows)
 
     def _overhead_window(self, position: Floats, first: float, last: float) -> Iterator[tuple[Floats, bool]]:
-        """Vectors to the corners of the surface overhead whose facets return boundary echoes within slant ranges."""
+        """Window for `launch_sampler` about the surface overhead, whose facets return boundary echoes.
+
+        Args:
+            position: Position of the sonar [m], shape (3,).
+            first: Shortest one-way path that is recorded [m].
+            last: Longest one-way path that is recorded [m].
+        """
         depth, is_moving = float(position[2]), self.scene.surface.reflection == "statistical"
         is_recorded = first < (1 + MAX_OVERHEAD_TANGENT) * depth and last > depth
         if is_moving and BOUNDARY_ECHO in self.path_settings.contributions and is_recorded:
@@ -242,7 +248,10 @@ class Tracer:
             yield corners, False
 
     def _refracted_path_length(self, position: Floats, chain: str, farthest: float, directions: Floats) -> Floats:
-        """Path length of refracted rays over a flat seabed to the last reflection of a chain [m], shape (n,)."""
+        """Path length of refracted rays over a flat seabed to the last reflection of a chain [m], shape (n,).
+
+        Infinite for rays that have other reflections.
+        """
         water, bed = self.tracing_scene.water, self.scene.seabed.depth
         assert water is not None  # straight rays have `_straight_path_length`
         knot_count = int(np.searchsorted(water.depth, bed, side="right"))
@@ -259,7 +268,18 @@ class Tracer:
     def _body_windows(
         self, position: Floats, last: float, transmit: Beams, receive: Beams
     ) -> Iterator[tuple[Floats, bool]]:
-        """Vectors from each family's image of the sonar to a body's bounding box, and True where z is reversed."""
+        """Windows for `launch_sampler`: vectors to the corners of bodies' bounding boxes, and True where z is reversed.
+
+        Args:
+            position: Position of the sonar in the scatterer grid's frame [m], shape (3,).
+            last: Longest one-way path that is recorded [m].
+            transmit: Transmit beams in that frame.
+            receive: Receive beams in that frame.
+
+        Yields:
+            Vectors from the sonar's image to the 8 corners [m], or launch directions of refracted rays [1], shape
+            (k, 3); True if the reflections of the family reverse the vertical component.
+        """
         min_gain, remaining = 10 ** (self.path_settings.beam_cutoff_db / 10), MAX_WINDOWS
         for body in self.scene.occluders if "target" in self.path_settings.contributions else ():
             surface = self.tracing_scene.to_grid_frame(world_triangles(body, self.scene.seabed).vertices)

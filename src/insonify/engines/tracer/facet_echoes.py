@@ -1,4 +1,4 @@
-"""Echoes back by facets of a moving surface."""
+"""Echoes with receive legs that facets of a moving surface reflect."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -34,14 +34,16 @@ FIRST_COUNTER = 1 << 16
 def facet_echoes(
     ping: TracedPing, hits: RayHits, transmitted: Floats, vertices: list[SurfaceVertices]
 ) -> Iterator[EchoEnergies]:  # fmt: skip
-    """Echoes back by facets of a moving surface, each hit connected with `CONNECTIONS` random points of the surface.
+    """Echoes of hits that a facet of a moving surface reflects to the receiver.
+
+    Each hit is connected with `CONNECTIONS` random points of the surface.
 
     Paths with facets on the transmit leg alone are the same paths travelled backwards.
 
     Args:
         ping: The ping.
         hits: Hits of rays on one interface.
-        transmitted: Their energies from `transmitted_energy`.
+        transmitted: Result of `transmitted_energy`, (beams, n).
         vertices: Points of the surface.
     """
     by_facet, own_bounce = "s" in hits.rays.chain, OWN_BOUNCE[hits.contribution]
@@ -57,7 +59,15 @@ def facet_echoes(
 def _connected_echoes(
     ping: TracedPing, hits: RayHits, transmitted: Floats, vertices: SurfaceVertices, leg: tuple[str, int]
 ) -> Iterator[EchoEnergies]:  # fmt: skip
-    """Echoes of hits that reach the receiver by one family, off a random facet at one of some surface points."""
+    """Echoes of hits that reach the receiver by one family and a facet at a random one of some surface points.
+
+    Args:
+        ping: The ping.
+        hits: Hits of n rays on one interface.
+        transmitted: Result of `transmitted_energy`, (beams, n).
+        vertices: Points of the surface.
+        leg: Family of the receive legs, and index of these points among all groups.
+    """
     (family, vertex_group), n, facets = leg, len(hits.rays.delay), ping.facets
     remaining_family = family[len(vertices.chain) + 1 :] or "D"
     assert hits.law is not None and facets is not None
@@ -72,7 +82,7 @@ def _connected_echoes(
     hit_row = np.repeat(np.arange(n), CONNECTIONS)
     mean_count = probability * CONNECTIONS
     connected = _Connections(hits.rays.take(hit_row), hits.normal[hit_row], vertex_row, hit_row, mean_count)
-    # the boundaries are level: only the distance counts
+    # boundaries are horizontal: only the difference of positions counts
     from_point = connected.rays.origin - vertices.position[vertex_row]
     for legs in family_legs(ping, np.zeros(3), from_point, remaining_family):
         yield from _echoes_by_legs(ping, hits, transmitted, vertices, connected, legs, (family, remaining_family))
@@ -90,7 +100,7 @@ class _Connections(NamedTuple):
     hit_row: NDArray[np.int64]
     """Row of each hit, (m,)."""
     mean_count: Floats
-    """Mean number of such connections [1], (m,)."""
+    """Mean number of connections of the hit with that point, by which the energy is divided [1], (m,)."""
 
 
 def _echoes_by_legs(
@@ -102,7 +112,7 @@ def _echoes_by_legs(
     Args:
         ping: The ping.
         hits: Hits of rays on one interface.
-        transmitted: Their energies from `transmitted_energy`.
+        transmitted: Result of `transmitted_energy`, (beams, n).
         vertices: Points of the surface.
         connected: The connections.
         legs: Their legs from the surface.
@@ -167,7 +177,7 @@ def _excess_delay(ping: TracedPing, chain: str, position: Floats, expected_delay
 
 
 def facet_boundary_echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
-    """Sound from the transmitter to the receiver by reflections alone, of which the last off the surface is by facets.
+    """Sound from the transmitter to the receiver by reflections alone, the last one at the surface by facets.
 
     Args:
         ping: The ping.

@@ -1,4 +1,4 @@
-"""Reflection off the facets of a moving sea: coherent part, density of slopes, and random slopes.
+"""Reflection by the facets of a moving sea: coherent part, density of slopes, and random slopes.
 
 The coherent part of a bounce is exp(-q^2 sigma^2) of the intensity, q the vertical change of the wave vector (Eckart
 1953, J. Acoust. Soc. Am. 25, 566). The rest is scattered by facets as in geometric optics: their cross section per
@@ -41,7 +41,7 @@ class FacetSurface:
     wavenumber: float
     """Wavenumber of the sound at the surface [rad/m]."""
     axes: Floats
-    """Direction of the waves, and that to the right of it, as rows [1], shape (2, 2)."""
+    """Horizontal directions of the waves (towards), and of that to the right, as rows [1], shape (2, 2)."""
     key: tuple[int, int]
     """Key of the random slopes."""
 
@@ -71,13 +71,17 @@ class FacetSurface:
     def reflected(
         self, direction: Floats, launch: Floats, number: NDArray[np.int64], code: int
     ) -> tuple[Floats, Floats]:  # fmt: skip
-        """Directions after reflection off random facets (n, 3), and the fraction of the energy [1] (n,).
+        """Reflect rays at random facets.
 
         Args:
             direction: Directions of the incident rays [1], shape (n, 3).
             launch: Their launch directions, which identify them [1], shape (n, 3).
             number: Their numbers among those of one launch direction, shape (n,).
             code: Number of the bounce.
+
+        Returns:
+            Directions of travel after the reflection [1], (n, 3), and the ratio of the energy of each ray after and
+            before it [1], (n,).
         """
         sine = np.clip(-direction[:, 2], 1e-6, 1.0)
         phase_per_height, wavenumber = 2 * self.wavenumber * sine, np.empty((len(direction), 2))
@@ -118,7 +122,7 @@ class FacetSurface:
         return np.asarray((by_slope + by_wavenumber) / 2)
 
     def phase_rate(self, incoming: Floats, outgoing: Floats) -> tuple[Floats, Floats]:
-        """Mean rate of change of the phase of reflections off facets [rad/s], its variance [rad^2/s^2], shapes (n,).
+        """Mean rate of change of the phase of reflections by facets [rad/s], its variance [rad^2/s^2], shapes (n,).
 
         Args:
             incoming: Directions towards the surface, outwards from the sonar [1], shape (n, 3).
@@ -140,12 +144,12 @@ class FacetSurface:
         return np.asarray(vertical_change**2 * self.waves.variance[-1])
 
     def _bubble_factor(self, sine: Floats) -> Floats:
-        """Factor of bubbles on the intensity [1]."""
+        """Factor of bubbles on the intensity [1], by the sine of the grazing angle, shape of `sine`."""
         loss = bubble_loss_db(self.wind_speed, self.frequency, np.arcsin(np.clip(sine, 1e-6, 1.0)))
         return np.asarray(10 ** (-loss / 10))
 
     def _density(self, slope: Floats, vertical_change: Floats) -> Floats:
-        """Density of slopes [1], shape (n,): interpolated in the tables."""
+        """Density of slopes (n, 2) [1], from the tables by the vertical change of the wave vector [rad/m], (n,)."""
         tables = slope_densities(self.wind_speed, self.wavenumber, self.waves.wavenumber[-1])
         incoherent = -np.expm1(-self._mean_quanta(np.maximum(vertical_change, 2 * self.wavenumber * MIN_SINE)))
         slope = slope * np.sqrt(incoherent)[:, None]

@@ -28,16 +28,20 @@ class TracedLegs:
     length: Floats
     """Path length [m], (n,)."""
     departure: Floats
-    """Direction at the sonar, outwards [1], (n, 3)."""
+    """Direction of travel at the sonar, for sound that leaves it [1], (n, 3)."""
     arrival: Floats
-    """Direction of travel at the position, towards it [1], (n, 3)."""
+    """Direction of travel at the position, for sound that leaves the sonar [1], (n, 3)."""
     reflected: Floats
     """Product of the reflections' intensity factors [1], 0 without a ray, (n,)."""
     spreading: Floats
-    """Intensity by spreading, re 1 m [1], (n,)."""
+    """Intensity by spreading alone, re that at 1 m [1], (n,)."""
 
     def intensity(self, attenuation: float) -> Floats:
-        """Intensity re 1 m from the source, by an absorption coefficient of intensity [Np/m], shape (n,) [1]."""
+        """Intensity re that at 1 m from the source [1], shape (n,).
+
+        Args:
+            attenuation: Absorption coefficient of intensity, see `TracedPing` [1/m].
+        """
         return np.asarray(self.reflected * np.exp(-attenuation * self.length) * self.spreading)
 
 
@@ -48,7 +52,7 @@ def family_legs(
 
     Args:
         ping: The ping.
-        end: The sonar's end [m], shape (3,).
+        end: Position of transmitter or receiver [m], shape (3,).
         position: Positions [m], shape (n, 3).
         family: Name of the family.
         boundary: Boundary on which the positions lie.
@@ -88,11 +92,16 @@ def family_legs(
 
 
 def nearest_delay(legs: list[TracedLegs], delay: Floats) -> Floats:
-    """Travel times of those rays of a family that are nearest to given ones, infinite without any [s], shape (n,)."""
+    """Travel times, among the rays of a family, nearest to given ones [s], infinite without a ray, shape (n,).
+
+    Args:
+        legs: Legs of all rays of the family.
+        delay: Given travel times [s], shape (n,).
+    """
     if not legs:
         return np.full(len(delay), np.inf)
-    delays = np.array([family_legs.delay for family_legs in legs])
-    given = np.where(np.isfinite(delay), delay, 0.0)  # no ray to be near to: any will do
+    delays = np.array([ray_legs.delay for ray_legs in legs])
+    given = np.where(np.isfinite(delay), delay, 0.0)  # no given ray: any will do
     return np.asarray(delays[np.argmin(np.abs(delays - given), axis=0), np.arange(len(delay))])
 
 
@@ -108,7 +117,7 @@ def is_clear(
         family: Family of the legs.
         legs: The legs.
         requested: Positions to test, (n,).
-        end: Other end of the legs, or their other ends [m], (3,) or (n, 3); None: the receiver.
+        end: Position, or positions, from which the legs come [m], (3,) or (n, 3); None: the receiver.
     """
     wavelength = ping.ping_geometry.wavelength
     if ping.propagation_model is None:

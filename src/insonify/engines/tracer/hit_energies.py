@@ -1,4 +1,4 @@
-"""Energies of rays at their hits, and of echoes by channel and window."""
+"""Energies of rays at their hits, and of their echoes in each channel."""
 
 from functools import lru_cache
 
@@ -24,8 +24,8 @@ def transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
 def ray_energy(ping: TracedPing, rays: RayBundle, source_intensity: float = 1.0) -> Floats:
     """Mean-square pressure times the area of each ray at its hit, by transmit beam, shape (beams, n).
 
-    It is the ray's solid angle, times what reflections and absorption leave, the ratio of the sound speeds, which is
-    that of the impedances, and the gain of the beam.
+    It is the ray's solid angle times what reflections and absorption leave, the ratio of the impedances (that of the
+    sound speeds at hit and source) and the intensity pattern of the beam.
 
     Args:
         ping: The ping.
@@ -48,7 +48,13 @@ def ray_energy(ping: TracedPing, rays: RayBundle, source_intensity: float = 1.0)
 
 
 def channel_energies(ping: TracedPing, transmitted: Floats, gains: Floats) -> Floats:
-    """Energy in every channel from its transmit and receive beams, (channels, n)."""
+    """Energy in every channel from its transmit and receive beams [uPa^2], (channels, n).
+
+    Args:
+        ping: The ping.
+        transmitted: Factor of the energy of each transmit beam, such as `transmitted_energy`, (transmit beams, n).
+        gains: Factor of the energy of each receive beam, with its intensity pattern, (receive beams, n).
+    """
     channel = np.arange(ping.ping_geometry.channel_count)
     return np.asarray(transmitted[channel % len(transmitted)] * gains[channel % len(gains)])
 
@@ -67,7 +73,7 @@ def interference(ping: TracedPing, lag: Floats) -> Floats:
         lag: Difference of their delays [s], shape (n,).
 
     Returns:
-        The autocorrelation of the received pulse with its carrier [1], 1 without a difference, shape (n,).
+        The autocorrelation of the received pulse with its carrier, 1 at no lag [1], shape (n,).
     """
     step, correlation = _pulse_correlation(ping.ping_geometry.pulse)
     lag = np.where(np.isfinite(lag), lag, 1e9)

@@ -18,19 +18,19 @@ class ImageLegs:
     length: Floats
     """Path length [m], (n,)."""
     departure: Floats
-    """Direction at the sonar, outwards [1], (n, 3)."""
+    """Direction of travel at the sonar, for sound that leaves it [1], (n, 3)."""
     arrival: Floats
-    """Direction of travel at the position, towards it [1], (n, 3)."""
+    """Direction of travel at the position, for sound that leaves the sonar [1], (n, 3)."""
     intensity: Floats
     """Product of the reflections' intensity factors, without spreading and absorption [1], (n,)."""
 
 
 def image_legs(scene: Scene, end: Floats, position: Floats, family: str, wavelength: float) -> ImageLegs:
-    """The paths of one family.
+    """Legs of one family between one end of the sonar and n positions.
 
     Args:
-        scene: Scene, of which the flat surface and the mean plane of the seabed reflect.
-        end: The sonar's end [m], shape (3,).
+        scene: Scene, of which the flat surface and the mean seabed reflect.
+        end: Position of transmitter or receiver [m], shape (3,).
         position: Positions [m], shape (n, 3).
         family: Name of the family.
         wavelength: Acoustic wavelength [m].
@@ -68,7 +68,7 @@ def coherent_intensity_factor(
     Args:
         scene: The scene; 1 over a flat bed.
         family: Name of the family.
-        depth: Depth of the sonar's end [m].
+        depth: Depth of transmitter or receiver, where the family begins [m].
         length: Lengths of the paths [m].
         sine: Sines of their grazing angles at the boundaries [1].
         wavelength: Acoustic wavelength [m].
@@ -98,6 +98,6 @@ def bounce_roughness_factor(
     terrain = scene.seabed.terrain
     if terrain is None:
         return np.ones(np.shape(length))
-    # geometric mean of the axes of the first Fresnel zone
+    # geometric mean of length and width of the first Fresnel zone [m]
     zone = 2 * np.sqrt(wavelength * length * path_fraction * (1 - path_fraction) / np.maximum(sine, 1e-9))
     return np.asarray(terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2)

@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 
 
 def scattered_per_steradian(law: Law, incoming: Floats, outgoing: Floats, normal: Floats) -> Floats:
-    """Bistatic cross section per unit area over the sine of the incident grazing angle [1/sr].
+    """Bistatic cross section per unit area over the sine of the incident grazing angle [1/sr], shape (n,).
 
     The energy of a ray, which represents a solid angle at the source, does not depend on distance; the area that it
     insonifies is inversely proportional to that sine.
@@ -33,7 +33,7 @@ def scattered_per_steradian(law: Law, incoming: Floats, outgoing: Floats, normal
 
 
 def specular_direction(direction: Floats, normal: Floats) -> Floats:
-    """Directions after specular reflection at planes of some unit normals, shape (n, 3)."""
+    """Directions of travel after specular reflection at planes with given unit normals [1], all of shape (n, 3)."""
     return np.asarray(direction - 2 * _dot(direction, normal)[:, None] * normal)
 
 
@@ -43,6 +43,7 @@ def specular_fraction(law: Lambert) -> float:
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
+    """Scalar products of vectors (n, 3), shape (n,)."""
     return np.einsum("ij,ij->i", a, b)
 
 

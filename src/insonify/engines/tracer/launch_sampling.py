@@ -33,7 +33,7 @@ AIMED_FRACTION = 0.35
 WINDOW_MARGIN = 0.1
 """Margin of a window on each side of its corners, re the angle between them [1]."""
 _GOLDEN_RATIO_CONJUGATE = 0.6180339887498949
-_MIN_WINDOW = 1e-4  # width over u [1], and over psi [rad]
+_MIN_WINDOW = 1e-4  # width of a window about a single direction, over u [1] and over psi [rad]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class TabulatedDensity:
     """Cumulative probability at the borders of the steps, shape (n + 1,)."""
 
     def density(self, x: Floats) -> Floats:
-        """Probability density at x, shape of x; 0 outside."""
+        """Probability density at x, in one over the unit of x, shape of x; 0 outside the steps."""
         row = np.floor((x - self.low) / self.step).astype(np.int64)
         inside = (row >= 0) & (row < len(self.probability))
         return np.asarray(
@@ -108,7 +108,7 @@ class LaunchSampler:
     """Windows that the other rays are aimed through, with an equal number of rays each."""
 
     def rays(self, seed: int, ping: int, count: int, part: int, parts: int) -> tuple[Floats, Floats]:
-        """One part of the rays: every `parts`-th of them from number `part` on, in each group.
+        """One part of the rays: in each group every `parts`-th of them from index `part` on.
 
         Args:
             seed: Seed of the scenario.
@@ -215,7 +215,7 @@ def _uniform_density(low: float, high: float) -> TabulatedDensity:
 
 
 def _max_power(beams: Beams, directions: Floats) -> Floats:
-    """Largest power gain of all beams in given directions [1], shape (n,)."""
+    """Largest intensity pattern of all beams, re their axes, in given directions [1], shape (n,)."""
     return np.asarray((beams.gain(directions) ** 2).max(axis=0))
 
 
@@ -225,7 +225,7 @@ def _aim_window(axes: Floats, u_density: TabulatedDensity, corners: Floats, is_f
     Args:
         axes: Boresight, right and down of the array as rows [1], shape (3, 3).
         u_density: Density over u.
-        corners: Vectors from an image of the sonar to the corners, shape (k, 3).
+        corners: Vectors of any length from an image of the sonar to the corners, shape (k, 3).
         is_flipped: True: the vertical component of the launch directions is reversed.
     """
     corner_ray = corners * np.array([1, 1, -1 if is_flipped else 1])
@@ -237,7 +237,7 @@ def _aim_window(axes: Floats, u_density: TabulatedDensity, corners: Floats, is_f
     u_width = (1 + 2 * WINDOW_MARGIN) * float(np.ptp(u)) + _MIN_WINDOW
     psi_low = middle + float(psi_offset.min() + psi_offset.max()) / 2 - psi_width / 2
     u_low = float(u.min() + u.max()) / 2 - u_width / 2
-    ends = max(u_low, -1.0), min(u_low + u_width, 1.0)
+    u_limits = max(u_low, -1.0), min(u_low + u_width, 1.0)
     borders = u_density.low + u_density.step * np.arange(len(u_density.cumulative))
-    probability = np.interp(ends, borders, u_density.cumulative)
-    return AimWindow(ends, (float(probability[0]), float(probability[1])), (psi_low, psi_low + psi_width))
+    probability = np.interp(u_limits, borders, u_density.cumulative)
+    return AimWindow(u_limits, (float(probability[0]), float(probability[1])), (psi_low, psi_low + psi_width))

@@ -37,7 +37,7 @@ class TracedPing:
     transmit_beams: Beams
     receive_beams: Beams
     laws: Mapping[int, Law | None]
-    """Scattering laws of seabed and surface, by interface."""
+    """Scattering laws of seabed and surface, by `BED` and `SURFACE`."""
     attenuation: float
     """Absorption coefficient of intensity: it falls as exp(-attenuation x path length) [1/m]."""
     propagation_model: PropagationModel | None = None
@@ -45,11 +45,11 @@ class TracedPing:
     facets: FacetSurface | None = None
     """Facets of a moving surface; None: it is flat."""
     is_reversed: bool = False
-    """True: transmitter and receiver are exchanged, so that rays from the receiver reach targets' faces on its side."""
+    """True: transmitter and receiver are exchanged, and rays leave the receiver."""
 
     @property
     def longest_path(self) -> float:
-        """Length of the longest two-way path that is received [m]."""
+        """Length of the longest path from transmitter to receiver that is recorded [m]."""
         return self.scene.water.max_sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0)
 
     def exchanged(self, launch_sampler: LaunchSampler) -> "TracedPing":
@@ -84,17 +84,17 @@ class RayBundle:
     solid_angle: Floats
     """Solid angle that each represents [sr], (n,)."""
     energy_fraction: Floats
-    """Fraction of the energy that remains after the reflections so far [1], (n,)."""
+    """Fraction of the energy that remains after the reflections so far, without absorption [1], (n,)."""
     receiver_image: Floats
     """Images of the receiver in the reflecting planes so far, curved faces by their tangent planes [m], (n, 3)."""
     last_facet: Floats
-    """Last reflection off a facet of a moving surface, 0 for none: travel time to it [s], mean rate of the phase there
+    """Last reflection by a facet of a moving surface, 0 for none: travel time to it [s], mean rate of the phase there
     [rad/s] and its variance [rad^2/s^2], and position [m], (n, 6)."""
     is_flat: bool = True
-    """True: no reflection so far is off a curved face, so that spreading is that of a straight path."""
+    """True: no reflection so far is at a curved face, so that spreading is that of a straight path."""
 
     def take(self, rows: Rows) -> "RayBundle":
-        """Some of the rays."""
+        """The rays of some rows."""
         return RayBundle(
             self.chain, self.origin[rows], self.direction[rows], self.length[rows], self.delay[rows],
             self.launch[rows], self.solid_angle[rows], self.energy_fraction[rows], self.receiver_image[rows],
@@ -139,7 +139,7 @@ class RayHits:
     object: str
     """Object that is hit: "seabed", "surface" or a target's label."""
     letter: str
-    """Letter of the reflection in chains."""
+    """Letter of a reflection at this interface in chains: B, S or T."""
     law: Law | None
     """Scattering law of the interface."""
     specular_fraction: float

@@ -24,18 +24,19 @@ from insonify.scene.target import Solid
 Floats = NDArray[np.float64]
 
 MIN_ENERGY_FRACTION = 1e-7
-"""Fraction of its energy below which a ray is not traced further [1]."""
+"""Fraction of its launched energy below which a ray is not traced further [1]."""
 MAX_MISS_DISTANCE = 1e-3
 """Largest distance from the receiver at which a path by the faces of a ray's chain may end [m]; else the path hit other
 faces of the same kind."""
 MAX_REFRACTED_MISS_DISTANCE = 0.1
-"""That of a refracted path, which chords follow [m]."""
+"""Largest such distance for a refracted path, which chords approximate [m]."""
 SPLIT_FACTOR, MAX_PARTS = 2.0, 256
 """Number of rays into which a ray of mean energy is split at a facet, and the largest number for any ray [1]."""
 MAX_UPRIGHT_COMPONENT = 1e-6
 """Vertical component of a face's normal below which it is upright [1]."""
 BOUNCE_LETTERS = {BED: "B", SURFACE: "S", BODY: "T"}
 CONTRIBUTIONS = {BED: "seabed", SURFACE: "surface", BODY: "target"}
+"""Letter of a reflection, and contribution of an echo, by kind of interface."""
 UP = np.array([0.0, 0.0, -1.0])
 
 
@@ -79,7 +80,7 @@ def is_followed(ping: TracedPing, chain: str) -> bool:
 
 
 def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
-    """First hits of the rays of one chain, one interface after another."""
+    """First hits of the rays of one chain, one record for each interface that any of them hits."""
     bodies = ping.scene.solids_of_one_law
     hits = ping.intersector.hits(rays.origin, rays.direction, ping.longest_path - rays.length)
     interface, body_row, normal = hits.kind, hits.body_row, hits.normal
@@ -124,7 +125,7 @@ def _face_specular_fraction(ping: TracedPing, body: Solid) -> float:
 
 
 def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
-    """Rays after the reflection at their hits; the seabed reflects like its mean plane."""
+    """Rays after the specular reflection at their hits; seabed and surface reflect like horizontal planes."""
     rays = hits.rays
     normal = hits.normal if hits.letter == "T" else np.broadcast_to(UP, rays.direction.shape)
     energy_fraction = rays.energy_fraction * _reflected_fraction(ping, hits)
@@ -137,7 +138,7 @@ def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
 
 
 def _facet_rays(ping: TracedPing, facets: FacetSurface, hits: RayHits) -> RayBundle:
-    """Rays after the reflection off random facets of a moving surface; strong rays are split into several."""
+    """Rays after the reflection by random facets of a moving surface; strong rays are split into several."""
     energy = hits.rays.solid_angle * hits.rays.energy_fraction
     energy = energy * (ping.transmit_beams.gain(hits.rays.launch) ** 2).max(axis=0)
     splits = np.clip(np.ceil(SPLIT_FACTOR * energy / max(energy.mean(), 1e-300)), 1, MAX_PARTS).astype(np.int64)
@@ -165,7 +166,7 @@ def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str
         length = np.linalg.norm(image_vector, axis=1)
         leaving_hit = image_vector / np.maximum(length, 1e-9)[:, None]
         return [_trace_to_receiver(ping, position, leaving_hit, length, chain)]
-    # level boundaries are their own images in an upright face
+    # horizontal boundaries are their own images in an upright face
     end, family = np.array([*image[:2], ping.receive[2]]), chain.replace("T", "") or "D"
     path_parts = []
     for legs in family_legs(ping, end, position, family):
@@ -178,7 +179,15 @@ def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str
 def _trace_to_receiver(
     ping: TracedPing, position: Floats, leaving_hit: Floats, length: Floats, chain: str
 ) -> ReceiverPaths:
-    """Paths from positions that leave in some directions for the receiver, with spherical spreading."""
+    """Paths from positions to the receiver, traced through the hits of a chain, with spherical spreading.
+
+    Args:
+        ping: The ping.
+        position: The positions [m], shape (n, 3).
+        leaving_hit: Directions in which the paths leave them [1], shape (n, 3).
+        length: Path lengths to the receiver [m], shape (n,).
+        chain: Letters of the reflections, from the receiver outwards.
+    """
     origin, direction, remaining, is_clear = position, leaving_hit, length, np.ones(len(length), bool)
     fraction, delay, wavelength = np.ones(len(length)), np.zeros(len(length)), ping.ping_geometry.wavelength
     body_fractions = np.array([*(_face_specular_fraction(ping, body) for body in ping.scene.solids_of_one_law), 0.0])

@@ -1,7 +1,7 @@
-"""Points of a moving surface that rays from the receiver reach: ends of receive legs that are reflected off facets.
+"""Points of a moving surface that rays from the receiver reach: there facets reflect receive legs.
 
 A hit of a ray from the transmitter is connected with some of them, by the density of the facets that the connection
-requires. So both ends of a path lie in the beams, however narrow.
+requires. So both legs of a path lie in the beams, however narrow.
 
 Method: bidirectional path tracing, Veach & Guibas (1994), Proc. 5th Eurographics Workshop on Rendering, 147.
 """
@@ -31,7 +31,7 @@ class SurfaceVertices(NamedTuple):
     delay: Floats
     """Travel times from the receiver [s], (m,)."""
     weight: Floats
-    """Solid angle of each at the receiver, times beam gain, reflection and absorption [sr], (beams, m)."""
+    """Solid angle of each ray times intensity pattern of the beam, reflection and absorption [sr], (beams, m)."""
     seed: int
     """Seed of the random connections."""
 

@@ -34,12 +34,12 @@ Mask = NDArray[np.bool_]
 MAX_TILES = 8192
 """Number of terrain tiles that are cached: about 140 MB [1]."""
 CELL_DIVISIONS = 2
-"""Divisions of the side of the map's cells. Bilinear facets of undivided cells, an eighth of the shortest wavelength,
-are less steep than the relief: at 5 cm rms it scatters 0.1 dB too little at 4 degrees, with half cells 0.02 dB [1]."""
+"""Parts into which the side of the map's cells is divided [1]. Undivided cells are an eighth of the shortest
+wavelength; bilinear facets of them are less steep than the relief. At 5 cm rms it then scatters 0.1 dB too little at 4
+degrees, with half cells 0.02 dB."""
 MAX_FLAT_ANGLE, MIN_EDGE_ANGLE = 2e-3, 0.5
 """Angles between neighbouring triangles: those of one flat face are below the first, edges between faces above the
 second [rad]."""
-
 COPLANAR_LIMIT = 1e-4
 """Distance between planes [m], and angle [rad], below which they are one."""
 MAX_PLANES = 64
@@ -144,7 +144,7 @@ class RayIntersector:
         )  # fmt: skip
 
     def _fetch_missing(self, missing: Mask) -> bool:
-        """Load the tiles that rays have marked as missing; False if there are none."""
+        """Load the tiles that rays have marked as missing; return False if there are none."""
         tile_cache = self._tile_cache
         if tile_cache is None or not missing.any():
             return False
@@ -182,7 +182,7 @@ class RayIntersector:
         """Return True for positions that a straight reflected path reaches, see `clear_image_paths`.
 
         Args:
-            end: The other end or ends, in the scatterer grid's frame [m], shape (3,) or (n, 3).
+            end: Position, or positions, from which the paths come, in the scatterer grid's frame [m], (3,) or (n, 3).
             position: The positions in the same frame [m], shape (n, 3).
             family: Letters of the reflections from the sonar outwards, D for none.
             wavelength: Acoustic wavelength [m].
@@ -299,7 +299,7 @@ def grid_rotation(scatterer_grid: ScattererGrid) -> Floats:
 
 
 def _flat_tiles(depth: float) -> TerrainTiles:
-    """Terrain tiles of a flat seabed."""
+    """Terrain without tiles, for a flat seabed at a depth [m]."""
     no_tiles, row_of_tile = np.zeros((0, 1, 1), np.float32), np.full((1, 1), -1, np.int32)
     return TerrainTiles(float(depth), 0.0, 0.0, 0.0, 0, 0, row_of_tile, no_tiles, no_tiles, no_tiles[:, 0, 0])
 

@@ -75,17 +75,19 @@ def splines(
         positions = [
             builder.load(builder.gep(at, [builder.add(first, ir.Constant(_OFFSET, k))])) for k in range(POINTS)
         ]
-        do = Arithmetic(builder, _FOUR)
-        (a, d), (b, e) = (do.weights(builder.load(_vector(builder, part, first), align=8)) for part in (along, across))
+        arithmetic = Arithmetic(builder, _FOUR)
+        (a, d), (b, e) = (  # weights and their derivatives
+            arithmetic.weights(builder.load(_vector(builder, part, first), align=8)) for part in (along, across)
+        )
         heights, slopes = [], []
         for _ in range(4):
             nodes = _transposed(
                 builder, [builder.load(_vector(builder, node, position), align=8) for position in positions]
             )
-            heights.append(do.pairs(b, nodes))
-            slopes.append(do.pairs(e, nodes))
+            heights.append(arithmetic.pairs(b, nodes))
+            slopes.append(arithmetic.pairs(e, nodes))
             positions = [builder.add(position, stride) for position in positions]
-        for result in (do.pairs(a, heights), do.pairs(d, heights), do.pairs(a, slopes)):
+        for result in (arithmetic.pairs(a, heights), arithmetic.pairs(d, heights), arithmetic.pairs(a, slopes)):
             builder.store(result, _vector(builder, result_list, first), align=8)
             first = builder.add(first, plane)
         return context.get_dummy_value()

@@ -25,7 +25,9 @@ Positive = Literal["up", "down"]
 _GridContent = tuple[dict[str, Any], Positive | None, Floats]
 
 RASTERS = (".tif", ".tiff", ".bag")
+"""Suffixes of files that rasterio reads."""
 NETCDF = (".nc", ".nc4", ".grd")
+"""Suffixes of netCDF files."""
 METRES = {"": 1.0, "m": 1.0, "metre": 1.0, "metres": 1.0, "meter": 1.0, "meters": 1.0, "cm": 0.01, "mm": 0.001,
           "km": 1000.0, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048}  # fmt: skip
 """Length of one unit of a file [m]."""
@@ -125,6 +127,7 @@ def _positive_direction(
 
 
 def _refuse_wrong_units(path: str, elevation: NDArray[np.floating]) -> None:
+    """Refuse elevations below the deepest sea."""
     deepest = -float(np.nanmin(elevation))
     if deepest > DEEPEST:
         raise GridError(
@@ -262,6 +265,7 @@ def _bathymetry_variable(path: str, names: list[str], variable: str | None) -> s
 
 
 def _positive_direction_by_name(name: str) -> Positive | None:
+    """Direction in which values of a variable grow, by its name; None: unknown."""
     lower = name.lower()
     return "up" if lower in _UP else "down" if lower in _DOWN else None
 

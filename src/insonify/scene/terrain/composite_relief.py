@@ -19,7 +19,7 @@ from insonify.scene.terrain.scour import Scour
 
 Floats = NDArray[np.float64]
 Kind = PowerLaw | Ripples | BathymetryGrid | Scour
-_LAYERS = 4  # streams a relief may use
+_LAYERS = 4  # number of random streams that a relief may use
 
 
 @dataclass(frozen=True)

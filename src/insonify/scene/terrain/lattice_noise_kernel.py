@@ -17,7 +17,7 @@ from insonify.scene.terrain._simd_stencils import POINTS, splines
 
 Floats = NDArray[np.float64]
 
-_OUTSIDE = 1 << 50
+_OUTSIDE = 1 << 50  # largest magnitude of a node number
 _MAX_GROUPS = 1024  # groups of four nodes in a window of some of the points: 32 kB
 _MAX_COMMON_GROUPS = 1 << 16  # groups of four nodes in a window of all points
 _CHUNK = 256  # points that are evaluated together
@@ -42,9 +42,13 @@ class LatticeKey(NamedTuple):
     """Key of the random numbers of a band's nodes."""
 
     octave: int
+    """Number of the octave."""
     layer: int
+    """Random stream of the relief."""
     k0: int
+    """First word of the key."""
     k1: int
+    """Second word of the key."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -135,9 +139,17 @@ def _cell_groups(x, y, first, end, frame, row, group):  # type: ignore[no-untype
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles: Floats, out: Floats) -> None:
-    """Add one band's height and its slopes along x and y at points x, y, into out of shape (n, 3).
+    """Add one band's height and its slopes along both axes.
 
     Points close together that follow one another share a window of nodes; others have 16 nodes of their own.
+
+    Args:
+        x: Positions along the first axis [m], (n,).
+        y: Positions along the second axis [m], (n,).
+        band: The band.
+        key: Key of its random numbers.
+        quantiles: Table of `normal`.
+        out: Changed: height [m] and both slopes [1], (n, 3).
     """
     c, s, amplitude = math.cos(band.turn), math.sin(band.turn), band.amplitude
     per_pitch, slope_amplitude = 1.0 / band.pitch, amplitude / band.pitch
@@ -168,10 +180,10 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
         _fill_nodes(row[:count], group[:count], key, quantiles, words, node)
         for begin in range(first, end, _CHUNK):
             size = min(end - begin, _CHUNK)
-            here, there = x[begin : begin + size], y[begin : begin + size]
+            chunk_x, chunk_y = x[begin : begin + size], y[begin : begin + size]
             for k in range(size):
-                a = (c * here[k] + s * there[k]) * per_pitch + offset_a
-                b = (c * there[k] - s * here[k]) * per_pitch + offset_b
+                a = (c * chunk_x[k] + s * chunk_y[k]) * per_pitch + offset_a
+                b = (c * chunk_y[k] - s * chunk_x[k]) * per_pitch + offset_b
                 i, j = math.floor(a), math.floor(b)
                 first_node[k] = (i - first_i) * stride + j - 4 * first_group if rows > 0 else 32 * k + (j & 3)
                 f[k], g[k] = a - i, b - j

@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 SPLINE_ENERGY = 151 / 315
 """Integral of the squared cubic B-spline [1]."""
 SPLINE_SLOPE_ENERGY = 2 / 3
-"""Integral of the square of its derivative [1]."""
+"""Integral of the squared derivative of the cubic B-spline [1]."""
 _PLACEMENT = 1  # streams counter of an octave's turn and shift; its nodes have 0
 
 
@@ -124,7 +124,7 @@ def _lattice_placement(seed: int, layer: int, octave: tuple[int, ...]) -> Floats
 
 
 def spline_spectrum(s: Floats) -> Floats:
-    """Power of the 2-D cubic B-spline at wavenumber s in units of 1/pitch, mean over directions [1], shape of s."""
+    """Squared transform of the 2-D cubic B-spline at wavenumber s [1 / pitch], mean over directions, 1 at s = 0 [1]."""
     angle = (np.arange(32) + 0.5) / 32 * np.pi / 2
     along, across = s[..., None] * np.cos(angle), s[..., None] * np.sin(angle)
     # np.sinc(x) is sin(pi x) / (pi x)

@@ -164,7 +164,7 @@ class PowerLaw(Model):
         return Octaves(pitches, np.array(amplitudes), seed, layer, np.array(octaves, np.int64) + _OCTAVE_BIAS)
 
     def _amplitude(self, exponent: int) -> float:
-        """Amplitude of the octave whose pitch is 2^level metres [m].
+        """Amplitude of the octave whose pitch is 2^exponent metres [m].
 
         From w2 (K^2 + K0^2)^(-n) = w2 / Gamma(n) times the integral over ln t of t^n exp(-t K0^2) exp(-t K^2),
         n = gamma / 2, as a sum over t = pitch^2 / 3 in steps of ln 4.

@@ -70,7 +70,7 @@ class ScourRelief(Relief):
 
     scour: Scour
     middle: tuple[float, float]
-    """Middle of the footprint in the frame of the relief [m]."""
+    """Middle of the footprint along both axes of the frame of the relief [m]."""
     heading: float
     """Heading of the footprint's length in that frame [rad]."""
 

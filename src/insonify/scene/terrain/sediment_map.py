@@ -198,6 +198,7 @@ class SedimentCover:
         return rows
 
     def _patches(self, patches: SedimentPatches, north: Floats, east: Floats) -> NDArray[np.intp]:
+        """Row of the sediment among those of the patches at positions [m], shape of the positions."""
         from scipy.special import ndtri
 
         position = self.scatterer_grid.from_world(np.stack([north, east], axis=-1))

@@ -1,4 +1,4 @@
-"""Legs of all families to a level seabed, over horizontal distance, for the plan of a ping."""
+"""Legs of all families to a flat seabed over horizontal distance, for the plan of a ping."""
 
 from typing import NamedTuple
 
@@ -12,44 +12,44 @@ from insonify.engines.radial_tables import RefractionTable
 Floats = NDArray[np.float64]
 
 
-class LevelLegs(NamedTuple):
-    """Legs of f families to n distances."""
+class FlatSeabedLegs(NamedTuple):
+    """Legs of f families to n horizontal distances on a flat seabed."""
 
     delay: Floats
     """Travel time [s], (f, n)."""
     length: Floats
     """Length of the straight ray from the image source [m], (f, n)."""
     arrival_sine: Floats
-    """Sine of the grazing angle at the seabed there [1], (f, n)."""
+    """Vertical component, positive down, of the direction of travel at the point [1], (f, n)."""
     bounce_sine: Floats
-    """Sine of the grazing angle at the mean seabed [1], (f, n)."""
+    """Sine of the grazing angle at the mean seabed, for the reflections on the leg [1], (f, n)."""
     climb: Floats
-    """Distance times tangent of the launch angle, positive towards the first boundary [m], (f, n)."""
+    """Horizontal distance times tangent of the launch angle, positive towards the first boundary [m], (f, n)."""
     pressure: Floats
     """Pressure re that along the straight ray, with spreading and absorption [1], (f, n)."""
 
 
-def level_legs(
+def flat_seabed_legs(
     refraction: RefractionTable, image_depths: Floats, sound_speed: float, distance: Floats, depth: float
-) -> LevelLegs:
-    """Legs to a level seabed.
+) -> FlatSeabedLegs:
+    """Legs to a flat seabed.
 
     Args:
-        refraction: Refraction table of the families.
+        refraction: Refraction table of the families; without nodes in water of one sound speed.
         image_depths: Depth of the image source of each family [m], (f,).
         sound_speed: Sound speed of straight rays [m/s].
         distance: Horizontal distances [m], (n,).
-        depth: Depth of the level seabed [m].
+        depth: Depth of the flat seabed [m].
     """
     height = np.repeat((depth - image_depths)[:, None], len(distance), axis=1)
     length = np.hypot(distance, height)
     delay, sine = length / sound_speed, height / length
     if refraction.nodes.size == 0:
-        return LevelLegs(delay, length, sine, sine, height, np.ones_like(length))
+        return FlatSeabedLegs(delay, length, sine, sine, height, np.ones_like(length))
     depths = np.full(len(distance), depth)
     change = np.stack([_columns(refraction, f, distance, depths) for f in range(len(image_depths))])
     launch = np.clip(sine + change[..., column.DEPARTURE], -1 + 1e-12, 1 - 1e-12)
-    return LevelLegs(
+    return FlatSeabedLegs(
         delay + change[..., column.DELAY], length, np.clip(sine + change[..., column.ARRIVAL], -1.0, 1.0),
         np.clip(sine + change[..., column.GRAZING], 0.0, 1.0), distance * launch / np.sqrt(1 - launch**2),
         np.maximum(change[..., column.PRESSURE], 0.0),
@@ -71,7 +71,12 @@ def relative_pressure(refraction: RefractionTable, f: int, distance: Floats, dep
 def bounce_ranges(refraction: RefractionTable, f: int, bounces: int, distance: Floats, depth: Floats) -> Floats:
     """Horizontal distances of the bounces of refracted rays of one family [m], none beyond the point, (bounces, n).
 
-    Arguments see `relative_pressure`, and the number of bounces.
+    Args:
+        refraction: Refraction table.
+        f: Row of the family.
+        bounces: Number of bounces of the family.
+        distance: Horizontal distances of the points [m], (n,).
+        depth: Depths of the points [m], (n,).
     """
     columns = _columns(refraction, f, distance, depth)
     first, period = columns[:, column.BOUNCE], columns[:, column.PERIOD]
@@ -79,7 +84,7 @@ def bounce_ranges(refraction: RefractionTable, f: int, bounces: int, distance: F
 
 
 def _columns(refraction: RefractionTable, f: int, distance: Floats, depth: Floats) -> Floats:
-    """Columns of `refraction_columns` at some points, (n, 8)."""
+    """Columns of `refraction_columns` at n points, given by horizontal distance and depth [m], (n, 8)."""
     columns = np.empty(len(distance) * column.COUNT, np.float32)
     interpolate_refraction(np.ascontiguousarray(distance), np.ascontiguousarray(depth), f, refraction, columns)
     return columns.reshape(len(distance), column.COUNT).astype(float)
@@ -88,8 +93,16 @@ def _columns(refraction: RefractionTable, f: int, distance: Floats, depth: Float
 def zone_climbs(
     refraction: RefractionTable, image_depths: Floats, sound_speed: float, depth: float, zone: tuple[float, float]
 ) -> Floats:
-    """Distance times tangent of the launch angle to the ends and the middle of a zone [m], (f, 3).
+    """Horizontal distance times tangent of the launch angle to a zone of a flat seabed [m].
 
-    Arguments see `level_legs`, and the nearest and farthest distance of the zone [m].
+    Args:
+        refraction: Refraction table of the families.
+        image_depths: Depth of the image source of each family [m], (f,).
+        sound_speed: Sound speed of straight rays [m/s].
+        depth: Depth of the flat seabed [m].
+        zone: Nearest and farthest horizontal distance [m].
+
+    Returns:
+        Values at the nearest, middle and farthest distance, (f, 3).
     """
-    return level_legs(refraction, image_depths, sound_speed, np.linspace(*zone, 3), depth).climb
+    return flat_seabed_legs(refraction, image_depths, sound_speed, np.linspace(*zone, 3), depth).climb
