@@ -62,8 +62,8 @@ fast: $(READY)
 bench: $(READY)  ## measure speed on this machine, append it to the ledger and compare
 	$(BIN)/python benchmarks/run.py
 
-validate: $(READY)  ## statistics over many draws (long)
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m validate
+validate: $(READY)  ## statistics over many draws, and further cases of claims (long)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "validate or hypothesis" --hypothesis-profile many
 
 format: $(READY)  ## put the code into its one format
 	$(BIN)/ruff format $(wildcard $(SHOWN))

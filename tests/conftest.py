@@ -14,8 +14,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("INSONIFY_COMPILE_PROCESSES", "0")
 
 # The first call of a kernel compiles it, which no deadline can know; the same examples every time, so that
-# a failure on one machine is a failure on all.
-settings.register_profile("insonify", deadline=None, derandomize=True)
+# a failure on one machine is a failure on all. `--hypothesis-profile many` tries twice as many as `make test`.
+settings.register_profile("insonify", deadline=None, derandomize=True, max_examples=50)
+settings.register_profile("many", deadline=None, derandomize=True, max_examples=100)
 settings.load_profile("insonify")
 
 gc.disable()  # while tests are collected: next to nothing that is made there is garbage

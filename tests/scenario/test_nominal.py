@@ -67,7 +67,7 @@ def assert_read_or_reported(text: str) -> None:
         assert all(line.startswith("harbour.yaml:") for line in str(error).splitlines())
 
 
-@settings(max_examples=125)
+@settings(max_examples=60)
 @given(st.integers(0, len(LINES) - 1), scraps)
 def test_any_value_may_be_replaced_by_anything(row: int, scrap: str) -> None:
     """One value of the nominal file becomes nonsense."""
@@ -75,7 +75,7 @@ def test_any_value_may_be_replaced_by_anything(row: int, scrap: str) -> None:
     assert_read_or_reported("\n".join([*LINES[:row], f"{key}{colon} {scrap}", *LINES[row + 1 :]]))
 
 
-@settings(max_examples=75)
+@settings(max_examples=35)
 @given(st.integers(0, len(NOMINAL)), st.integers(0, 40), scraps | st.text(max_size=5))
 def test_any_piece_may_be_cut_out_and_replaced(start: int, length: int, scrap: str) -> None:
     """Text vanishes and other text appears, anywhere."""
