@@ -1,12 +1,13 @@
 """Small recordings of numbered pings, and writers of them that are killed."""
 
+import contextlib
 import os
 import random
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -92,7 +93,18 @@ def write_and_kill_apart(test: str, target: str, *, parts: int, at_once: int, lo
 
 def run_apart(script: str) -> str:
     """Output of a script in a process of its own (one with threads cannot be forked), which may import these tests."""
+    return subprocess.run(_apart(script), check=True, timeout=120, stdout=subprocess.PIPE, text=True).stdout
+
+
+@contextlib.contextmanager
+def replying_apart(script: str) -> Iterator[Callable[[object], str]]:
+    """A function that writes a line to such a process and waits for the line with which it replies."""
+    with subprocess.Popen(_apart(script), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdin is not None and process.stdout is not None
+        yield lambda line: (print(line, file=process.stdin, flush=True), process.stdout.readline())[1]
+
+
+def _apart(script: str) -> list[str]:
     tests = Path(__file__).parents[1]
     paths = f"import sys\nsys.path[:0] = {[str(tests / 'formats'), str(tests)]!r}\n"
-    command = [sys.executable, "-c", paths + script]
-    return subprocess.run(command, check=True, timeout=120, stdout=subprocess.PIPE, text=True).stdout
+    return [sys.executable, "-c", paths + script]

@@ -202,9 +202,9 @@ def test_two_platforms_want_both_poses() -> None:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
 def test_memory_does_not_grow_with_pings() -> None:
-    """100 pings, each from a new pose, after as many: Python holds less than 150 kB more.
+    """50 pings, each from a new pose, after as many: Python holds less than 75 kB more.
 
-    Kept pings would be over 0.3 MB; caches of bounded size still fill.
+    Kept pings would be over 0.15 MB; caches of bounded size still fill.
     """
     scene = nominal(targets=[point(0.0, 10.0, 15.0)], field="incoherent", paths={"contributions": ("target",)},
                     track={"window": (0.005, 0.02), "stop_and_hop": False})  # fmt: skip
@@ -212,14 +212,14 @@ def test_memory_does_not_grow_with_pings() -> None:
         tracemalloc.start()
         try:
             sizes = []
-            for n in range(200):
+            for n in range(100):
                 sonar.ping(0.1 * n, (0.001 * n, 0, 11), (0.0003 * n, 0, 0))
-                if n in (100, 199):
+                if n in (50, 99):
                     gc.collect()
                     sizes.append(tracemalloc.get_traced_memory()[0])
         finally:
             tracemalloc.stop()
-    assert sizes[1] - sizes[0] < 150_000, sizes
+    assert sizes[1] - sizes[0] < 75_000, sizes
 
 
 def test_elements_out_of_the_water_are_refused() -> None:
