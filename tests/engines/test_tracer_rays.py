@@ -67,15 +67,15 @@ def test_a_table_is_its_own_inverse():
 
 
 def test_sorted_triangles_are_hit_where_each_of_them_is():
-    """1000 rays at a ring and a sphere: nearest hit by the sorted boxes against the smallest over all triangles."""
+    """300 rays at a ring and a sphere: nearest hit by the sorted boxes against the smallest over all triangles."""
     parts = [
         triangle_surfaces.torus(2.0, 0.4).transformed(np.eye(3), np.array([3.0, 0, 0])),
         triangle_surfaces.sphere(1.5, steps=24),
     ]
     corners = np.concatenate([part.corners for part in parts])
     bodies = triangle_tree(corners, np.repeat([0, 1], [len(part.corners) for part in parts]))
-    start = RNG.uniform(-6, 6, (1000, 3))
-    way = RNG.uniform(-1.5, 4.5, (1000, 3)) * [1, 0.3, 0.3] - start
+    start = RNG.uniform(-6, 6, (300, 3))
+    way = RNG.uniform(-1.5, 4.5, (300, 3)) * [1, 0.3, 0.3] - start
     way /= np.linalg.norm(way, axis=1, keepdims=True)
     a, b, c = np.moveaxis(corners, 1, 0)
     normal = np.cross(b - a, c - a)
@@ -90,7 +90,7 @@ def test_sorted_triangles_are_hit_where_each_of_them_is():
         expected = np.min(np.where(inside & (along > 1e-6), along, 100.0))
         assert found == pytest.approx(expected, abs=1e-9)
         computed += row >= 0
-    assert computed > 150
+    assert computed > 45
 
 
 def test_marched_ground_is_hit_where_it_is():

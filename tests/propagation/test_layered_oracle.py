@@ -108,10 +108,10 @@ def differences(ray, found, row):
 
 @pytest.mark.slow
 def test_random_columns_have_the_rays_that_shooting_finds():
-    """25 columns of 2 to 12 knots, about 170 rays: 1e-11 s, 1e-4 deg, 0.01 dB; none missing, none invented."""
-    differences = [disagreements(random_column, seed) for seed in range(25)]
+    """12 columns of 2 to 12 knots, about 80 rays: 1e-11 s, 1e-4 deg, 0.01 dB; none missing, none invented."""
+    differences = [disagreements(random_column, seed) for seed in range(12)]
     assert [word for words, _ in differences for word in words] == []
-    assert sum(compared for _, compared in differences) > 140
+    assert sum(compared for _, compared in differences) > 65
 
 
 @pytest.mark.slow

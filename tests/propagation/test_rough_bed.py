@@ -21,6 +21,7 @@ from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.simulator import levels, simulate
+from oracles.few_of import few_of
 from oracles.forward_scatter import energies, ring_energies
 from oracles.scenes import each_ping, nominal
 from oracles.time_series import relative_rms
@@ -60,7 +61,7 @@ def scattered_widely(sediment, frequency, grazing):
     return np.sum(section * (change > 1 / 3)) * np.pi / 100 / 150 / np.sin(grazing)
 
 
-@pytest.mark.parametrize("gamma", [0.3, 1.0, 3.0])
+@few_of((0, 2), "gamma", [0.3, 1.0, 3.0])
 def test_energy_beyond_a_rough_bed_is_that_of_kirchhoff_s_integral(gamma):
     """Coherent part to 1e-3, glints to the lobe and the whole with what the law takes to 0.3 dB; 53 deg grazing."""
     sediment, height = Sediment.named("very fine sand"), 4.0
@@ -80,7 +81,8 @@ def test_energy_beyond_a_rough_bed_is_that_of_kirchhoff_s_integral(gamma):
     assert -10 * np.log10(coherent + lobe + wide) == pytest.approx(0.0, abs=0.3)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    (0, 2),
     ("sediment", "frequency", "east"),
     [("medium sand", 120e3, 0.1), ("medium sand", 300e3, 14.0), ("very fine sand", 100e3, 14.0)],
 )
@@ -112,7 +114,7 @@ def test_glints_change_the_wavenumber_as_kirchhoff_s_integral_does(sediment, fre
     assert np.all(np.abs(found - fraction) < 4.5 * np.sqrt(fraction / count))
 
 
-@pytest.mark.parametrize("sediment", ["coarse sand", "medium sand", "coarse silt"])
+@few_of((0, 2), "sediment", ["coarse sand", "medium sand", "coarse silt"])
 @pytest.mark.parametrize("frequency", [30e3, 100e3, 300e3])
 def test_reflected_scattered_and_transmitted_energies_add_up_to_all(sediment, frequency):
     """Legs by B, the law's integral by other steps, and what enters the seabed: 1 within 2 % at 10, 25 and 50 deg."""
@@ -165,7 +167,7 @@ def many_glints(east, moved=(0.0, 0.0, 0.0)):
     return reflected(scene, "B", 100e3, east=east, count=20_000, place=PLACE + np.array(moved))[:2]
 
 
-@pytest.mark.parametrize("step", [0.003, 0.01, 0.03])
+@few_of((1,), "step", [0.003, 0.01, 0.03])
 @pytest.mark.parametrize(("sideways", "east"), [(False, 14.0), (True, 14.0), (True, 150.0)])
 def test_glints_decorrelate_as_the_heights_under_the_bounce_do(step, sideways, east):
     """Coherence over a bounce moved by a step: exp(-4 Gamma^2 (1 - rho)), rho of the band; 20 000 glints (0.007).
@@ -208,7 +210,8 @@ def test_relief_scatters_forward_what_its_roughness_takes():
         scenario = nominal(
             field="incoherent", line={"length": 0.02}, track={"window": (0.1, 0.101)},
             seabed={**bed("medium sand"), "seed": 1, **changes},
-            paths={"max_reflections": 2, "contributions": ["seabed"], "families": ["D", "BS"]},
+            paths={"max_reflections": 2, "contributions": ["seabed"], "families": ["D", "BS"], "beam_cutoff_db": -20,
+                   "scatterers_per_cell": 2},  # by default: 0.006 dB less
         )  # fmt: skip
         found = levels(scenario).level_db.sel(contribution="seabed", pair="D-BS").values
         return np.mean(10 ** (found / 10))

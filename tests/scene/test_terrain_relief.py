@@ -14,6 +14,7 @@ from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.terrain import PowerLaw, Ripples, RoughnessCutoff, build_terrain, upward_normal
 from insonify.scene.terrain.octaves import Octaves, quantiles
 from insonify.validity import PhysicsWarning
+from oracles.few_of import few_of
 from oracles.roughness import residual_rms, residual_spectrum, structure
 
 HILLS = PowerLaw(exponent=3.25, rms=0.1, outer_scale=20.0)
@@ -69,11 +70,11 @@ def test_the_normal_stands_on_the_ground():
 
 
 def test_generated_ground_has_the_requested_spectrum():
-    """Mean periodogram of 64 patches within 1 dB of the requested law over 1.5 decades of wavenumber.
+    """Mean periodogram of 32 patches within 1 dB of the requested law over 1.5 decades of wavenumber.
 
     Patches of 32 m, from 3 to 96 cycles per patch; outer scale 40 m, so the bend of the spectrum is in view.
     """
-    law, side, count, patches = PowerLaw(exponent=3.25, rms=0.3, outer_scale=40.0), 32.0, 288, 64
+    law, side, count, patches = PowerLaw(exponent=3.25, rms=0.3, outer_scale=40.0), 32.0, 288, 32
     ground = build_terrain([law], seed=11, cutoff=RoughnessCutoff(wavelength=0.17))
     window = np.hanning(count + 1)[:-1]
     window = np.outer(window, window) / np.sqrt(np.mean(window**2)) ** 2
@@ -93,7 +94,7 @@ def test_generated_ground_has_the_requested_spectrum():
         assert abs(10 * np.log10(np.mean(power[ring] / specified))) < 1.0, (low, high)
 
 
-@pytest.mark.parametrize("hurst", [0.4, 0.625, 0.8])
+@few_of((0, 2), "hurst", [0.4, 0.625, 0.8])
 def test_generated_ground_has_the_requested_structure(hurst):
     """Mean square difference over a lag within 5 % of the closed form: 96 patches, lags up to a twentieth of one.
 

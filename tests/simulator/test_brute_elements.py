@@ -93,12 +93,11 @@ def test_200_points_in_a_thermocline_received_by_an_array_under_way():
 
 @pytest.mark.slow
 def test_so_do_elements_above_and_below_the_centre():
-    """The same of a panel of 0.3 m by 0.3 m with 2 x 2 elements, still and at 3 m/s: 2e-5 (seen: 1e-5)."""
+    """The same of a panel of 0.3 m by 0.3 m with 2 x 2 elements, at 3 m/s: 2e-5 (seen: 1e-5)."""
     targets = some_targets(100)
-    for speed in (0.0, 3.0):
-        scenario = scenario_of(targets, THERMOCLINE, receive=PANEL, speed=speed)
-        known = in_layers(scenario, targets, ("D", "S"))
-        assert relative_rms(simulate(scenario, threads=1).pressure.values[0], known) < 2e-5
+    scenario = scenario_of(targets, THERMOCLINE, receive=PANEL, speed=3.0)
+    known = in_layers(scenario, targets, ("D", "S"))
+    assert relative_rms(simulate(scenario, threads=1).pressure.values[0], known) < 2e-5
 
 
 @pytest.mark.slow
