@@ -13,6 +13,7 @@ from insonify.cluster import ENVIRONMENT, ClusterError, JobRequest, require_clus
 from insonify.formats.zarr_store import open_recording
 from insonify.scenario.write import to_yaml
 from insonify.simulator import simulate
+from oracles.few_of import few_of
 from oracles.scenes import nominal, point
 
 
@@ -128,7 +129,7 @@ def cluster(request: pytest.FixtureRequest) -> Iterator[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("scheme", "cluster"), [("", "local:2"), ("file://", "that runs")], indirect=["cluster"])
+@few_of((1,), ("scheme", "cluster"), [("", "local:2"), ("file://", "that runs")], indirect=["cluster"])
 def test_a_run_on_a_cluster_is_the_run(
     scheme: str, cluster: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip

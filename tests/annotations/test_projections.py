@@ -12,6 +12,7 @@ from insonify.annotations.annotation import annotations
 from insonify.formats.label_store import open_labels
 from insonify.formats.store_description import StoreError
 from insonify.recording_run import record
+from oracles.few_of import few_of
 from oracles.surveys import MOTION, UTM, plane, sidescan
 
 HIGHLIGHT, SHADOW, GHOST = range(3)
@@ -25,8 +26,8 @@ ONE_BOUNCE = {"max_reflections": 1, "contributions": ("seabed", "target"), "edge
 """Paths by one reflection, to few points: masks are found in expected levels, which fewer points give as well."""
 
 
-@pytest.mark.parametrize(
-    ("slopes", "heading", "across"), [(None, 200.0, -7.5), ((0.0, 0.25), 200.0, -7.5), ((0.2, -0.2), 30.0, 6.0)]
+@few_of(
+    (0, 2), ("slopes", "heading", "across"), [(None, 200.0, -7.5), ((0.0, 0.25), 200.0, -7.5), ((0.2, -0.2), 30.0, 6.0)]
 )
 def test_a_known_target_lies_on_its_true_coordinates(tmp_path, slopes, heading, across):
     """A point on a flat bed and on slopes, to either side: the middle of its mask is within a pixel in all three."""

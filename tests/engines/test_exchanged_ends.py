@@ -12,6 +12,7 @@ from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import PointTarget
 from insonify.simulator import build_simulator
+from oracles.few_of import few_of
 from oracles.ridges import DEPTH, Ridge, bed_of, seen_from
 from oracles.scenes import nominal
 
@@ -33,7 +34,8 @@ def ends(seed, count, farthest=100):
         yield (0.0, 0.0, rng.uniform(6, 18)), (float(rng.integers(75, farthest)), 0.0, rng.uniform(6, 19))
 
 
-@pytest.mark.parametrize(
+@few_of(
+    (2, 3),
     ("family", "crests"),
     [
         ("D", [Ridge(40.0, 6.0)]),

@@ -25,6 +25,7 @@ from insonify.scene.terrain import (
     TerrainSample,
     build_terrain,
 )
+from oracles.few_of import few_of
 
 DEPTH, SONAR = 20.0, 11.0
 PROFILES = {
@@ -109,7 +110,7 @@ def test_the_shadow_of_a_ridge_ends_where_the_ray_over_its_crest_comes_down(name
 
 
 @pytest.mark.parametrize("name", list(PROFILES))
-@pytest.mark.parametrize("family", ["D", "S", "B", "BS", "SB"])
+@few_of((0, 3), "family", ["D", "S", "B", "BS", "SB"])
 def test_skylines_are_right_about_rays_that_are_walked_step_by_step(name, family):
     """200 points close above fractal ground, 0.4 m rms, each ray traced by the fan: 98 of 100 are seen alike.
 

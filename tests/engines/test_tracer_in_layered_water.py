@@ -5,6 +5,7 @@ import pytest
 
 from insonify.engines.tracer.family_legs import TracedLegs, nearest_delay
 from insonify.simulator import build_simulator
+from oracles.few_of import few_of
 from oracles.scenes import point
 from oracles.traced import BOX, FRACTAL, apart_db, curves, scene
 
@@ -51,7 +52,8 @@ def test_rays_are_arcs_of_circles(gradient):
         np.testing.assert_allclose(hits.delay, time, atol=max(to_second, 1e-13 / abs(gradient)))
 
 
-@pytest.mark.parametrize(
+@few_of(
+    (0, 2),
     ("water", "window"), [(WARM_TOP, (0.09, 0.12)), (UPWARD, (0.09, 0.12)), (DUCT, (0.15, 0.17))],
     ids=["warm top", "upward", "duct"],
 )  # fmt: skip

@@ -7,6 +7,7 @@ from insonify.engines.tracer import engine as tracer_engine
 from insonify.engines.tracer import facet_scattering
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.simulator import build_simulator, levels, simulate
+from oracles.few_of import few_of
 from oracles.scenes import nominal
 from oracles.traced import BOX, apart_db, curves, scene
 
@@ -48,7 +49,7 @@ def test_slopes_of_facets_are_those_of_the_sea(row):
     np.testing.assert_allclose(table[1:, 1:], table[:0:-1, :0:-1], atol=1e-6 * table.max())
 
 
-@pytest.mark.parametrize("grazing", [30.0, 60.0])
+@few_of((0,), "grazing", [30.0, 60.0])
 @pytest.mark.parametrize(("wind", "changes"), [(3.0, {}), (1.0, LOW)], ids=["rough", "partly coherent"])
 def test_a_moving_surface_returns_all_but_what_bubbles_take(grazing, wind, changes):
     """Coherent part and integral of the facets' cross section over the hemisphere: 1 less bubble loss, to 3 %.
@@ -71,7 +72,8 @@ def test_a_moving_surface_returns_all_but_what_bubbles_take(grazing, wind, chang
     assert fraction.mean() == pytest.approx(diffuse, rel=0.02)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    (0, 3),
     ("wind", "changes", "grazing", "tolerance"),
     [(8.0, {}, 12.0, 0.02), (8.0, {}, 24.0, 0.02), (1.0, LOW, 20.0, 0.05), (1.0, LOW, 40.0, 0.05)],
 )
@@ -142,8 +144,8 @@ def test_nearly_uniform_water_sounds_as_uniform_water_under_a_moving_sea():
         assert apart_db(refracted["seabed", pair], straight["seabed", pair]) == pytest.approx(0, abs=0.01), pair
 
 
-@pytest.mark.parametrize(
-    ("knots", "apart"), [(((0, 1500.0), (20, 1470.0)), -0.1), (((0, 1500.0), (8, 1510.0), (20, 1525.0)), 0.0)]
+@few_of(
+    (0,), ("knots", "apart"), [(((0, 1500.0), (20, 1470.0)), -0.1), (((0, 1500.0), (8, 1510.0), (20, 1525.0)), 0.0)]
 )
 def test_a_moving_sea_over_layered_water_returns_what_the_engine_has(knots, apart):
     """1 m/s at 20 kHz, 2 % of refraction down or up, arrays apart or together: D-S within 0.03 dB, S-S within 0.12 dB.

@@ -5,6 +5,7 @@ import pytest
 
 from insonify.estimates.expectation_ripple import ENOUGH, expectation_ripple
 from insonify.simulator import simulate
+from oracles.few_of import few_of
 from oracles.scenes import nominal
 
 SEA = {"reflection": "statistical", "wind_speed": 3.0}
@@ -18,7 +19,7 @@ def expected(length=1.5, points=5.0, seed=1, **top):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("length", [0.5, 1.5])
+@few_of((0,), "length", [0.5, 1.5])
 def test_samples_ripple_as_much_as_the_note_states(length):
     """5 points against 40, whose own ripple is a third: 1 to 2 dB rms, and a fifth for chance."""
     few, many = (simulate(expected(length, points)).intensity.values[0, 0] for points in (5.0, ENOUGH))

@@ -10,6 +10,7 @@ from insonify import simulate
 from insonify.explanation.sample_report import SampleArrivals, explain_sample
 from insonify.paper.nominal_scenario import nominal
 from insonify.scenario.scenario import Scenario
+from oracles.few_of import few_of
 
 SLICE: dict[str, Any] = {"paths.geometry": "slice", "track.window": [0.19, 0.23]}
 
@@ -28,7 +29,7 @@ def sample(
     )
 
 
-@pytest.mark.parametrize("time", [0.192, 0.2004, 0.2023, 0.208, 0.22])
+@few_of((0, 2, 4), "time", [0.192, 0.2004, 0.2023, 0.208, 0.22])
 @pytest.mark.parametrize("jitter", [0.0, 0.5])
 def test_arrivals_in_phase_are_the_recorded_pressure(time: float, jitter: float) -> None:
     """Before the target, in its echo, in its ghosts and in its shadow, with and without jitter."""

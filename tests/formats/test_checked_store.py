@@ -15,6 +15,7 @@ from insonify.formats.label_store import open_labels
 from insonify.formats.zarr_store import StoreError, open_recording
 from insonify.recording_run import record
 from insonify.scenario.write import to_yaml
+from oracles.few_of import few_of
 from oracles.scenes import nominal, point
 
 PINGS = 70
@@ -90,7 +91,8 @@ def test_a_damaged_chunk_is_refused_by_name(place: str, key: str, damage: str) -
     assert remedy in str(refused.value)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    (1, 2, 3),
     ("place", "key"),
     [("disk", FILES[0]), ("disk", FILES[1]), ("disk", "labels"), ("memory", FILES[0]), ("file", FILES[1]),
      ("memory", "labels")],

@@ -13,6 +13,7 @@ from insonify.plotting import labels as draw
 from insonify.recording_run import record
 from insonify.records.labels import COLUMNS
 from insonify.simulator import build_simulator, label_ping, labels
+from oracles.few_of import few_of
 from oracles.scenes import nominal
 
 PINGS = 3
@@ -168,7 +169,7 @@ def test_labels_that_strayed_in_are_reported_and_made_again(tmp_path: Path) -> N
     np.testing.assert_array_equal(open_labels(two).highlight, open_labels(one).highlight)
 
 
-@pytest.mark.parametrize("field", ["incoherent", "coherent"])
+@few_of((1,), "field", ["incoherent", "coherent"])
 def test_labels_are_the_same_for_any_threads_and_after_resuming(tmp_path: Path, field: str) -> None:
     """In one go by two threads, ping by ping by one, or added to a finished recording: the same bits, sound and labels.
 

@@ -18,6 +18,7 @@ from insonify.plotting.spikes_by_source import spikes_by_source
 from insonify.propagation.ray_fan import trace_fan
 from insonify.propagation.sound_speed_layers import sound_speed_layers
 from insonify.units import level_db
+from oracles.few_of import few_of
 
 THERMO = SoundSpeedProfile([0.0, 8.0, 14.0, 20.0], [1510.0, 1510.0, 1490.0, 1490.0])
 STILL = SoundSpeedProfile([0.0, 20.0], [1500.0, 1500.0])
@@ -99,7 +100,8 @@ def test_the_source_is_marked_on_the_profile() -> None:
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize(
+@few_of(
+    (0, 1, 5),
     "how",
     [{}, {"launch": [0.0]}, {"max_range": 60.0, "bounces": 0}, {"water_depth": 17.0, "launch": np.radians([-3, 3])},
      {"source_depth": 0.0}, {"source_depth": 20.0, "bounces": 8}],

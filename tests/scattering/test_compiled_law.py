@@ -15,6 +15,7 @@ from insonify.scattering import (
     compile_law,
     local_angles,
 )
+from oracles.few_of import few_of
 
 FLAT = np.array([[0.0], [0.0], [-1.0]])
 SEDIMENT_LAWS = [Kirchhoff, Perturbation, SmallSlope, SedimentVolume, Jackson]
@@ -51,7 +52,7 @@ def _worst_db(law, count=20_000):
 
 
 @pytest.mark.parametrize("kind", SEDIMENT_LAWS)
-@pytest.mark.parametrize("name", ["rough rock", "gravel", "medium sand", "coarse silt", "sandy silt", "fine silt"])
+@few_of((0, 2, 5), "name", ["rough rock", "gravel", "medium sand", "coarse silt", "sandy silt", "fine silt"])
 def test_fast_is_exact_to_a_twentieth_of_a_decibel(kind, name):
     """Wherever a law exceeds -80 dB its fast form is within 0.05 dB, over all angles."""
     assert _worst_db(kind(Sediment.named(name), 100e3)) < 0.05

@@ -9,6 +9,7 @@ from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
 from insonify.scattering import AplSurface, Bubbles, SurfaceFacets, SurfaceScattering, albedo, bubble_loss_db
 from insonify.scattering.bubbles import bubble_extinction
 from insonify.scattering.surface_facets import apl_slope_variance, facet_shadowing_excess
+from oracles.few_of import few_of
 
 steep = st.floats(0.05, np.pi / 2)
 winds = st.floats(2, 20)
@@ -28,7 +29,7 @@ def test_bubbles_send_out_less_than_they_take(wind, frequency):
 @pytest.mark.parametrize(
     ("law", "most"), [(SurfaceScattering.at_wind, 1.0), (AplSurface, 1.08)], ids=["facets and veil", "report"]
 )
-@pytest.mark.parametrize("wind", [0.5, 3.0, 5.0, 10.0, 20.0])
+@few_of((0, 2, 4), "wind", [0.5, 3.0, 5.0, 10.0, 20.0])
 @pytest.mark.parametrize("frequency", [10e3, 50e3])
 def test_a_bubbly_sea_never_returns_more_than_it_got(law, most, wind, frequency):
     """Facets behind their veil plus the veil, from half a degree up: what is missing became heat, or reached twice.

@@ -20,6 +20,7 @@ from insonify.scattering.surface_facets import (
     facet_shadowing_excess,
 )
 from insonify.scattering.surface_scattering import SurfaceScattering
+from oracles.few_of import few_of
 
 angles, azimuths = st.floats(0.01, np.pi / 2), st.floats(-np.pi, np.pi)
 slopes = st.floats(0.005, 0.1)
@@ -82,7 +83,7 @@ def test_a_mirror_sea_returns_what_it_got(variances, heading, grazing_deg):
 
 @pytest.mark.parametrize("variances", [(0.0017, 0.0017), (0.015, 0.015), (0.03, 0.015), (0.05, 0.02)])
 @pytest.mark.parametrize("heading", [0.0, 0.8, np.pi / 2])
-@pytest.mark.parametrize("grazing_deg", [0.5, 2, 5, 10, 20])
+@few_of((0, 1, 4), "grazing_deg", [0.5, 2, 5, 10, 20])
 def test_a_sea_seen_low_never_returns_more_than_it_got(variances, heading, grazing_deg):
     """White furnace down to half a degree: shadows take what facets in the open would send out too much, up to 8 times.
 

@@ -16,6 +16,7 @@ from insonify.scene.seabed import Seabed
 from insonify.scene.seabed_terrain import TILE_CELLS
 from insonify.scene.terrain.octaves import quantiles, unit_octave
 from insonify.scene.terrain_map import CACHE_SIDE, TerrainMap, empty_terrain_map, terrain_map
+from oracles.few_of import few_of
 from oracles.heightmap_tile import heightmap_tile
 from oracles.jittered_points import jittered_points
 
@@ -67,7 +68,7 @@ def test_cubics_are_filled_in_exactly(margin, count):
     np.testing.assert_array_equal(fine[:, :, nodes:], 1)
 
 
-@pytest.mark.parametrize("tile", [(0, 0), (-3, 700), (40_000, -40_000)])
+@few_of((0, 2), "tile", [(0, 0), (-3, 700), (40_000, -40_000)])
 @pytest.mark.parametrize("per_cell", [0.05, 1.2, 6.0])
 def test_an_octave_on_every_node_is_the_octave(tile, per_cell):
     """Vectors of single precision against place after place in double: 1e-5 of the largest, however fine or far."""

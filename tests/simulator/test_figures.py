@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.simulator import levels, simulate
+from oracles.few_of import few_of
 from oracles.scenes import each_ping, nominal
 
 SHADOW = {"window": (0.2145, 0.2255)}
@@ -56,7 +57,7 @@ def test_the_coherent_shadow_is_filled_alike(order, expected):
     assert 10 * np.log10(free / hidden) == pytest.approx(expected, abs=0.6)
 
 
-@pytest.mark.parametrize("jitter", [0.1, 0.25, 0.5])
+@few_of((0, 2), "jitter", [0.1, 0.25, 0.5])
 def test_jitter_decorrelates_a_bed_by_sinc_squared(jitter):
     """Figure 13: |correlation| of two jittered pings of one bed, direct paths = sinc^2(J) +- 0.02.
 

@@ -13,6 +13,7 @@ from insonify.scattering.reflection import reflection_coefficient
 from insonify.scattering.roughness import band_variance
 from insonify.scattering.sediments import Sediment
 from insonify.simulator import arrivals, build_simulator, levels, simulate
+from oracles.few_of import few_of
 from oracles.forward_scatter import ring_energies
 from oracles.scenes import each_ping, nominal
 
@@ -41,7 +42,7 @@ def afloat(interface, frequency=30e3, *, order=3, size=400.0, paths=None, seabed
 TARGET = {"targets": [{"shape": "point", "label": "p", "position": (1.0, 0.5, 4.0), "target_strength_db": 0.0}]}
 
 
-@pytest.mark.parametrize("frequency", [15e3, 30e3])
+@few_of((0,), "frequency", [15e3, 30e3])
 def test_each_bottom_bounce_under_a_hull_has_eckart_s_factor_and_the_energy_of_the_mirror(frequency):
     """BH and BHB to a point: exp(-2 Gamma^2) of the smooth seabed's pressure for each B; energies but for the law's.
 

@@ -8,6 +8,7 @@ from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.memory_budget import BYTES_AT_ONCE, bytes_per_point
 from insonify.engines.targets import target_points
 from insonify.simulator import build_simulator, simulate
+from oracles.few_of import few_of
 from oracles.scenes import nominal
 from oracles.smooth import ROUGH
 
@@ -93,7 +94,7 @@ def test_a_target_in_parts_is_labelled_as_the_whole(monkeypatch):
         assert np.abs(split[key] - bins)[..., 0].max() <= 1e-5 * bins[..., 0].max(), key
 
 
-@pytest.mark.parametrize("reflections", [1, 4, 6])
+@few_of((0, 2), "reflections", [1, 4, 6])
 def test_legs_and_pairs_of_one_part_stay_within_their_memory(reflections):
     """Columns of the largest part of a smooth box over a moving sea, counted: half of 256 MB at most, at any order."""
     scenario = scene(surface=ROUGH_SEA, paths={"contributions": ["target"], "max_reflections": reflections})
@@ -134,7 +135,7 @@ def test_a_smooth_box_near_the_sonar_is_few_patches():
     assert len(np.unique(smooth.position, axis=0)) < 30_000  # each has up to four sides
 
 
-@pytest.mark.parametrize("shape", [
+@few_of((0,), "shape", [
     {"shape": "cylinder", "length": 60.0, "diameter": 0.6}, {"shape": "box", "size": (60.0, 1.0, 3.0)},
 ])  # fmt: skip
 def test_points_out_of_reach_are_dropped_and_no_echo_with_them(shape, monkeypatch):

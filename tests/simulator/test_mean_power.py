@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import kstest
 
 from insonify.simulator import build_simulator, simulate
+from oracles.few_of import few_of
 from oracles.scenes import each_ping, nominal
 from oracles.sonar_equation import bed_reverberation, pulse_energy
 
@@ -90,7 +91,8 @@ def difference_db(scenario, seeds):
 APART = {"transmit": {"offset": (0.0, 0.0, -0.5)}, "receive": {"offset": (0.0, 0.0, 0.5)}}
 
 
-@pytest.mark.parametrize(
+@few_of(
+    (2, 3, 5),
     ("name", "paths", "ends"),
     [
         ("direct", {"max_reflections": 0}, {}),

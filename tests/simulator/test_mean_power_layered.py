@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.simulator import simulate
+from oracles.few_of import few_of
 from oracles.scenes import each_ping, nominal
 
 THERMO = [[0.0, 1510.0], [8.0, 1510.0], [14.0, 1490.0], [20.0, 1490.0]]
@@ -28,7 +29,8 @@ def intensity(scenario):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:water.profile")  # its corner is meant
-@pytest.mark.parametrize(
+@few_of(
+    (1, 3, 5),
     ("profile", "window", "paths", "ends"),
     [
         (THERMO, (0.17, 0.21), {"max_reflections": 0}, {}),

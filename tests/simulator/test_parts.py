@@ -16,6 +16,7 @@ from insonify.part import Part
 from insonify.recording_run import record
 from insonify.scenario.write import to_yaml
 from insonify.simulator import simulate
+from oracles.few_of import few_of
 from oracles.scenes import nominal
 
 LOOKS = {"keep": "both", "full_scale_db": 150, "stages": [{"kind": "looks", "samples": 4, "pings": 2}]}
@@ -64,7 +65,7 @@ def held() -> xr.Dataset:
     return simulate(scene())
 
 
-@pytest.mark.parametrize("order", [(2, 1), (3, 1, 2, 1), (6, 2, 5, 1, 4, 3), (9, 1, 7, 3, 5, 8, 2, 6, 4)])
+@few_of((1, 3), "order", [(2, 1), (3, 1, 2, 1), (6, 2, 5, 1, 4, 3), (9, 1, 7, 3, 5, 8, 2, 6, 4)])
 def test_parts_are_the_serial_run(
     serial: dict[str, bytes], held: xr.Dataset, tmp_path: Path, order: tuple[int, ...]
 ) -> None:
@@ -88,7 +89,7 @@ def objects(url: str) -> dict[str, bytes]:
     return {name: files.cat_file(path) for name, path in names.items() if name not in with_identity}
 
 
-@pytest.mark.parametrize("order", [(2, 1), (3, 1, 2, 1)])
+@few_of((1,), "order", [(2, 1), (3, 1, 2, 1)])
 @pytest.mark.parametrize("kind", ["memory", "file"])
 def test_parts_in_a_store_are_the_serial_run(
     serial: dict[str, bytes], serial_run: Path, held: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,

@@ -11,6 +11,7 @@ from insonify.simulator import build_simulator, simulate
 from insonify.sonar.pulse import envelope
 from insonify.sonar.track.motion import displacement
 from oracles.arrays import HEADING, START, WINDOW, elements_scenario, line_of, some_targets
+from oracles.few_of import few_of
 from oracles.underway import CARRIER, SPEED, echo, recorded
 from synthesis.oracle import relative_rms
 
@@ -51,7 +52,8 @@ def truth(scenario, targets, elements, families=("D", "S")):
     return recorded(raw, scenario, RATE)
 
 
-@pytest.mark.parametrize(
+@few_of(
+    (2, 3),
     ("pulse", "track", "bar"),
     [
         (None, {"speed": 0.0}, 3e-6),
