@@ -131,7 +131,7 @@ def test_no_direction_is_stronger_than_in_the_spectrum(changes):
     steps = np.linspace(spectrum.low, spectrum.high, len(spectrum.gain))
     bound = np.interp(factor[within], steps, spectrum.gain)
     assert (gain[within] / gain.max() <= 1.001 * bound).all()
-    assert (gain[~within] / gain.max() < 10 ** (-45 / 20)).all()
+    assert (gain[~within] / gain.max() < 10 ** (-60 / 20)).all()
     assert spectrum.gain.min() < 0.1 and spectrum.gain.max() == 1
 
 
