@@ -1,6 +1,6 @@
-"""Kernels of image paths off a few planes in sequence: given planes, or planes fitted to the seabed about each bounce.
+"""Kernels of image paths, reflected at a few planes in sequence: given planes, or planes fitted about each bounce.
 
-Plain numbers and arrays only.
+Plain numbers and arrays only. Loops have unsigned indices: a signed one is tested for being negative at each access.
 """
 
 import math
@@ -17,22 +17,25 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 
 _TINY = 1e-9
+"""Least denominator: a distance [m], or the sine of a grazing angle [1]."""
 _CHUNK = 128
 """Points that are processed together: the length of a row of the work array."""
 _C, _C2, _C3, _C4, _C5 = (np.uint64(_CHUNK * row) for row in (1, 2, 3, 4, 5))
 """Offsets from the row of a vector's north component: its east and down components; from that of a plane's point, also
 the three components of its normal."""
 _END, _TRAVEL, _ARRIVAL, _REMAINING, _VALID, _LENGTH = (np.uint64(_CHUNK * row) for row in (0, 3, 6, 9, 10, 11))
-"""Current ends of the back-traced paths; direction of travel there, and at the point; fraction of the path between
-the sonar and that end, validity, length.
+"""Position to which a path has been traced back from its point; direction of travel there, and at the point; fraction
+of the path between the sonar and that position, validity, length.
 """
-_BEARING_NORTH, _BEARING_EAST = (np.uint64(_CHUNK * row) for row in (12, 13))
+_TOWARDS_NORTH, _TOWARDS_EAST = (np.uint64(_CHUNK * row) for row in (12, 13))
+"""Horizontal unit vector from the sonar towards each point [1]."""
 _X, _Y, _HALF_LENGTH, _HALF_WIDTH = (np.uint64(_CHUNK * row) for row in (14, 15, 16, 17))
-"""Horizontal unit vector towards each point, north and east; centre of a zone on the grid, and its half axes."""
+"""Centre of a Fresnel zone on the grid, and its half axes [m]."""
 _HEIGHT, _ALONG, _ACROSS, _RESIDUAL = (np.uint64(_CHUNK * row) for row in (18, 19, 20, 21))
-"""Fitted planes: height [m], slopes [1], and residual mean square [m^2]."""
+"""Fitted planes: height above the mean seabed [m], slopes along the path and to its right, positive upwards [1], and
+mean square of the residual [m^2]."""
 _COSINE_ON_GRID, _SINE_ON_GRID = (np.uint64(_CHUNK * row) for row in (22, 23))
-"""Bearing of each point on the grid: cosine and sine."""
+"""The unit vector towards each point on the axes of the grid: cosine and sine of its bearing there [1]."""
 _FIRST = 24
 """Number of rows before those of the planes."""
 _ANCHOR, _IMAGE, _BOUNCE, _FRACTION, _SINE, _PLANE_RESIDUAL, _ROWS_PER_PLANE = 0, 6, 9, 12, 13, 14, 15
@@ -41,17 +44,18 @@ the sine of the grazing angle, and the mean square residual of the fit; after th
 image.
 """
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
+"""Fast-math flags; not nnan, since unknown terrain is NaN."""
 
 
 class ImagePaths(NamedTuple):
-    """Paths of one family from one position to n points, off m planes each."""
+    """Paths of one family from one position to n points, reflected at m planes each."""
 
     length: Floats
     """Length of the path [m], shape (n,)."""
     departure: Floats
     """Unit vector of travel at the sonar, shape (n, 3)."""
     arrival: Floats
-    """Unit vector of travel at the point, shape (n, 3)."""
+    """Unit vector of travel at the point, opposite to `Arrivals.arrival`, shape (n, 3)."""
     bounce_position: Floats
     """North, east, depth of each bounce [m], shape (m, n, 3)."""
     fraction: Floats
@@ -61,21 +65,21 @@ class ImagePaths(NamedTuple):
     residual_variance: Floats
     """Mean square of the terrain's residual about each plane [m^2], shape (m, n)."""
     is_valid: NDArray[np.bool_]
-    """False where the next bounce, or the point, is not on the water side of a plane, or the image before the plane is,
-    shape (n,)."""
+    """True where, at every plane, the next bounce (or the point, after the last one) and the image before the
+    reflection both lie on the water side of the plane, shape (n,)."""
 
 
 class TerrainFrame(NamedTuple):
-    """Frame of the scatterer grid in the world, and parameters of terrain sampling."""
+    """Frame of the scatterer grid in the world, and what else decides where terrain is sampled."""
 
     north: float
     """North coordinate of its origin [m]."""
     east: float
     """East coordinate of its origin [m]."""
     cosine: float
-    """Cosine of its heading."""
+    """Cosine of its heading [1]."""
     sine: float
-    """Sine of its heading."""
+    """Sine of its heading [1]."""
     depth: float
     """Depth of the seabed's mean plane [m]."""
     wavelength: float
@@ -86,7 +90,7 @@ class TerrainFrame(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _workspace(plane_count: int) -> Floats:
-    """Work array for points off a number of planes, row by row: one array, so that loops over points are vectorised."""
+    """Work array for paths with a number of planes, a row for each quantity; one array, to vectorise loops."""
     return np.empty(_CHUNK * (_FIRST + _ROWS_PER_PLANE * (plane_count + 1)))
 
 
@@ -111,7 +115,7 @@ def _reflect_in_plane(workspace: Floats, count: int, image: np.uint64, plane: np
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _image_lines(workspace: Floats, count: int, image: np.uint64) -> None:
-    """Direction and length of the line from an image to its end."""
+    """Direction and length, at least 1e-6 m, of the line from an image to the position that is traced back."""
     for n in range(np.uint64(count)):
         u, v = workspace[_END + n] - workspace[image + n], workspace[_END + _C + n] - workspace[image + _C + n]
         w = workspace[_END + _C2 + n] - workspace[image + _C2 + n]
@@ -127,9 +131,9 @@ def _image_lines(workspace: Floats, count: int, image: np.uint64) -> None:
 def _intersect_plane(
     workspace: Floats, count: int, image: np.uint64, plane: np.uint64, bounce: np.uint64, fraction: np.uint64
 ) -> None:
-    """Move ends along the line from the image to its intersection with the plane; fraction of the path to there.
+    """Trace back to the intersection of the line from the image with the plane; fraction of the path before it.
 
-    Validity: the end lies on the water side of the plane and the image on the other.
+    Validity: the traced position lies on the water side of the plane, and the reflected image on the other.
     """
     for n in range(np.uint64(count)):
         ex, ey, ez = workspace[_END + n], workspace[_END + _C + n], workspace[_END + _C2 + n]
@@ -163,7 +167,7 @@ def _reflect_direction(workspace: Floats, count: int, plane: np.uint64, sine: np
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _unfold(position: Floats, points: Floats, indices: NDArray[np.int64], plane_count: int, workspace: Floats) -> None:
-    """Paths of some points off the planes in the work array.
+    """Paths from the sonar to some points by reflection at the planes in the work array, one after the other.
 
     Args:
         position: North, east, depth of the sonar [m], (3,).
@@ -215,7 +219,7 @@ def image_paths(position: Floats, points: Floats, plane_point: Floats, plane_nor
         points: North, east, depth of the points [m], (n, 3).
         plane_point: A point of each plane [m], (m, n, 3).
         plane_normal: Unit normal of each plane, into the water, (m, n, 3).
-        paths: Result, but for the residuals.
+        paths: Result, changed in place; `residual_variance` is not written.
     """
     plane_count = plane_point.shape[0]
     workspace, all_indices = _workspace(plane_count), np.arange(points.shape[0])
@@ -233,22 +237,29 @@ def image_paths(position: Floats, points: Floats, plane_point: Floats, plane_nor
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounce_fresnel_zone(length: float, fraction: float, sine: float, wavelength: float) -> tuple[float, float]:
-    """Half length and half width of the first Fresnel zone of one bounce, see `local_planes.fresnel_zone` [m]."""
-    width = math.sqrt(max(wavelength * length * fraction * (1 - fraction), 0.0))
-    longest = length * min(fraction, 1 - fraction)
-    return max(min(width / max(sine, _TINY), longest), width), width
+    """Half length and half width of the first Fresnel zone of one bounce, see `local_planes.fresnel_zone` [m].
+
+    Args:
+        length: Length of the whole path [m].
+        fraction: Fraction of it before the bounce [1].
+        sine: Sine of the grazing angle [1].
+        wavelength: Wavelength of the sound [m].
+    """
+    half_width = math.sqrt(max(wavelength * length * fraction * (1 - fraction), 0.0))
+    max_half_length = length * min(fraction, 1 - fraction)
+    return max(min(half_width / max(sine, _TINY), max_half_length), half_width), half_width
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounce_fresnel_zones(length: Floats, fraction: Floats, sine: Floats, wavelength: float, half_axes: Floats) -> None:
-    """Half lengths and half widths of some zones; columns of shape (n,), the result of shape (2, n)."""
+    """Half lengths and half widths of some zones [m], (2, n); arguments as of `bounce_fresnel_zone`, of shape (n,)."""
     for n in range(length.size):
         half_axes[0, n], half_axes[1, n] = bounce_fresnel_zone(length[n], fraction[n], sine[n], wavelength)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def extent_on_grid(position: Floats, points: Floats, frame: TerrainFrame, span: Floats) -> None:
-    """Least and greatest grid coordinates of a position and some points, into `span`, (2, 2)."""
+    """Least and greatest grid coordinates of a position and some points, into the rows of `span` [m], (2, 2)."""
     span[0], span[1] = np.inf, -np.inf
     for n in range(points.shape[0] + 1):
         x, y = (points[n, 0], points[n, 1]) if n < points.shape[0] else (position[0], position[1])
@@ -264,7 +275,7 @@ def paths_off_local_planes(
     disc_samples: tuple[Singles, ...], heightmap: HeightmapTiles, missing: NDArray[np.bool_],
     is_done: NDArray[np.bool_], paths: ImagePaths,
 ) -> bool:  # fmt: skip
-    """Paths off the planes fitted to the seabed about each bounce, of those points that are not done yet.
+    """Paths reflected at planes fitted to the seabed about each bounce, of those points that are not done yet.
 
     Args:
         position: As of `image_paths`.
@@ -326,7 +337,7 @@ def _set_flat_planes(
     position: Floats, points: Floats, indices: NDArray[np.int64], is_seabed_bounce: NDArray[np.bool_], depth: float,
     workspace: Floats,
 ) -> None:  # fmt: skip
-    """Set flat planes in the work array, and the bearings of the points.
+    """Set flat planes in the work array, and the horizontal unit vectors towards the points.
 
     Arguments are those of `paths_off_local_planes` and `_unfold`; `depth` is that of the seabed's mean plane [m].
     """
@@ -340,27 +351,30 @@ def _set_flat_planes(
     for q in range(np.uint64(indices.size)):
         north, east = points[indices[q], 0] - position[0], points[indices[q], 1] - position[1]
         horizontal = math.sqrt(north * north + east * east)
-        workspace[_BEARING_NORTH + q], workspace[_BEARING_EAST + q] = (
+        workspace[_TOWARDS_NORTH + q], workspace[_TOWARDS_EAST + q] = (
             (north / horizontal, east / horizontal) if horizontal > 0 else (1.0, 0.0)
         )
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _zone_ellipses(count: int, k: int, frame: TerrainFrame, workspace: Floats) -> None:
-    """Centres, half axes and directions of the zones about the reflections off one plane, on the grid."""
+    """Centres, half axes and directions of the Fresnel zones of the reflections at one plane, on the grid.
+
+    The zones are those of `bounce_fresnel_zone`.
+    """
     bounce, fraction, sine = _row(k, _BOUNCE), _row(k, _FRACTION), _row(k, _SINE)
     for q in range(np.uint64(count)):
         fraction_before, length = workspace[fraction + q], workspace[_LENGTH + q]
-        width = math.sqrt(max(frame.wavelength * length * fraction_before * (1 - fraction_before), 0.0))
-        longest = length * min(fraction_before, 1 - fraction_before)
-        half_length = max(min(width / max(workspace[sine + q], _TINY), longest), width)
+        half_width = math.sqrt(max(frame.wavelength * length * fraction_before * (1 - fraction_before), 0.0))
+        max_half_length = length * min(fraction_before, 1 - fraction_before)
+        half_length = max(min(half_width / max(workspace[sine + q], _TINY), max_half_length), half_width)
         x, y = workspace[bounce + q] - frame.north, workspace[bounce + _C + q] - frame.east
         workspace[_X + q], workspace[_Y + q] = frame.cosine * x + frame.sine * y, frame.cosine * y - frame.sine * x
         workspace[_HALF_LENGTH + q], workspace[_HALF_WIDTH + q] = (
             max(half_length, frame.shortest_half_axis),
-            max(width, frame.shortest_half_axis),
+            max(half_width, frame.shortest_half_axis),
         )
-        north, east = workspace[_BEARING_NORTH + q], workspace[_BEARING_EAST + q]
+        north, east = workspace[_TOWARDS_NORTH + q], workspace[_TOWARDS_EAST + q]
         workspace[_COSINE_ON_GRID + q] = frame.cosine * north + frame.sine * east
         workspace[_SINE_ON_GRID + q] = frame.cosine * east - frame.sine * north
 
@@ -376,11 +390,14 @@ def _shift_zones(indices: NDArray[np.int64], bounce_shift: Floats, frame: Terrai
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _set_planes(count: int, k: int, depth: float, workspace: Floats) -> None:
-    """Set one plane of every path from its fit: through the bounce at the fitted height, with its normal upwards."""
+    """Set one plane of every path from its fit: at the bounce's north and east, at the fitted height, normal upwards.
+
+    After `_shift_zones` that is the height fitted about the bounce of the refracted path.
+    """
     plane, bounce, residual = _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _PLANE_RESIDUAL)
     for q in range(np.uint64(count)):
         ray_north, ray_east, along, across = (
-            workspace[_BEARING_NORTH + q], workspace[_BEARING_EAST + q], workspace[_ALONG + q], workspace[_ACROSS + q],
+            workspace[_TOWARDS_NORTH + q], workspace[_TOWARDS_EAST + q], workspace[_ALONG + q], workspace[_ACROSS + q],
         )  # fmt: skip
         slope_north, slope_east = ray_north * along - ray_east * across, ray_east * along + ray_north * across
         workspace[residual + q] = workspace[_RESIDUAL + q]

@@ -255,11 +255,10 @@ def _reflected_fraction(ping: TracedPing, hits: RayHits) -> Floats:
         reflected = reflected_intensity(ping.scene, hits.letter, np.arcsin(sine))
         if hits.letter == "S" and ping.facets is not None:
             reflected = reflected * ping.facets.coherent_intensity(sine)
-        terrain = ping.scene.seabed.terrain
-        if hits.letter == "B" and "T" in rays.chain and terrain is not None:
+        if hits.letter == "B" and "T" in rays.chain:
             # the length of the remaining path is unknown; it is set to that of the path so far
-            zone = np.sqrt(wavelength * rays.length / np.maximum(sine, 1e-9))
-            reflected = reflected * terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
+            half = np.full(len(sine), 0.5)
+            reflected = reflected * bounce_roughness_factor(ping.scene, half, 2 * rays.length, sine, wavelength)
         return reflected
     facing = np.where(np.einsum("ij,ij->i", rays.direction, hits.normal) < 0, hits.specular_fraction, 0.0)
     if "T" in rays.chain:
