@@ -15,7 +15,7 @@ HEADING = "targets[pipe].heading: {uniform: [0 deg, 360 deg]}"
     [
         ((HEADING, "surface.wind_spedd: {uniform: [0, 9]}"), [":6:", "wind_spedd", "did you mean 'wind_speed'"]),
         ((HEADING, "targets[pip].heading: {uniform: [0, 1]}"), [":6:", "'pip'", "did you mean 'pipe'"]),
-        ((HEADING, "targets[pipe].burial: {uniform: [0, 1.5]}"), [":6:", "1.5 is out of range", "(0 to 1)"]),
+        ((HEADING, "targets[pipe].burial: {uniform: [0, 1.5]}"), [":6:", "1.5 is out of range", "(0 to below 1)"]),
         ((HEADING, "targets[pipe].burial: {normal: {mean: 0.1, std: 0.2}}"), ["targets[pipe].burial", "out of range"]),
         ((HEADING, "targets[pipe].heading: {uniform_in: swath}"), [":6:", "draws a position"]),
         ((HEADING, "targets[pipe].heading: {unifrom: [0, 1]}"), [":6:", "did you mean 'uniform'"]),

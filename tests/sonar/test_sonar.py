@@ -93,7 +93,7 @@ def test_a_point_cannot_be_steered():
         (lambda: LineArray(length=1, elements=0), "elements: 0 is out of range (1 to 10000)"),
         (
             lambda: PlanarArray(width=1, height=1, steer_down="95 deg"),
-            "steer_down: 95 deg is out of range (above -90, to 90",
+            "steer_down: 95 deg is out of range (above -90, below 90",
         ),
         (lambda: Mounting(tilt="100 deg"), "tilt: 100 deg is out of range (-90 to 90 deg)"),
         (

@@ -54,7 +54,7 @@ def eigenrays(
     Example:
         >>> isovelocity = insonify.ocean.SoundSpeedProfile([0.0, 20.0], [1500.0, 1500.0])
         >>> eigenrays(isovelocity, water_depth=20, source_depth=11, point_depth=19, range=150, families=["D", "S"])
-        Eigenrays: 2 paths to 1 points
+        Eigenrays: 2 paths to 1 point
             0  D      100.142121 ms   -43.53 dB    +3.053 ->   +3.053 deg
             0  S      101.980390 ms   -43.69 dB   -11.310 ->  +11.310 deg
     """

@@ -45,8 +45,8 @@ class Eigenrays:
     Example:
         >>> warm_above = insonify.ocean.SoundSpeedProfile([0.0, 20.0], [1510.0, 1500.0])  # a shadow from 251 m on
         >>> eigenrays(warm_above, water_depth=20, source_depth=5, point_depth=1, range=[240, 260], families=["D"])
-        Eigenrays: 1 paths to 2 points
-            0  D      159.078635 ms   -47.61 dB    -3.233 ->   +1.323 deg  1 turns, 0 caustics
+        Eigenrays: 1 path to 2 points
+            0  D      159.078635 ms   -47.61 dB    -3.233 ->   +1.323 deg  1 turn, 0 caustics
             1  D    shadow
     """
 
