@@ -33,7 +33,7 @@ demo: $(READY)  ## simulate the nominal scene and draw it
 	@echo "picture:   $(CURDIR)/demo/nominal.png"
 	@echo "next:      source $(VENV)/bin/activate; insonify new harbour"
 
-test: $(READY)  ## run every test but the slow statistics (at most 8 minutes on two cores)
+test: $(READY)  ## run every test but slow statistics and further cases (12 minutes on two cores, with compilation)
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 check: format-check lint types contract shape words fast  ## static checks, goldens and a third of the tests (at most 90 seconds)

@@ -4,14 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import arrivals, build_simulator, simulate
+from insonify.simulator import Simulator, arrivals, build_simulator, simulate
 from insonify.synthesis.arrival_weights import arrival_weights
 
 LENGTH, MARGIN = 1e-3, 10e-3
 """Length of the part that is compared, and time before and after it of which arrivals are summed: the response of the
 receiver to strong echoes takes so long to vanish [s]."""
 GROUP = 4096
-"""Arrivals that are summed at once."""
+"""Number of arrivals that are summed at once."""
 
 
 def direct_sum_error(scenario: Scenario, ping: int, channels: tuple[int, ...], start: float) -> float:
@@ -33,28 +33,29 @@ def direct_sum_error(scenario: Scenario, ping: int, channels: tuple[int, ...], s
     recorded = simulate(scenario, pings=ping)["pressure"].isel(ping=0)
     time = recorded["time"].values
     inside = (time >= start) & (time < start + LENGTH)
-    errors, powers = 0.0, 0.0
+    simulator, errors, powers = build_simulator(scenario), 0.0, 0.0
     for channel in channels:
-        series = _sum_of_arrivals(scenario, ping, channel, time[inside])
+        series = _sum_of_arrivals(simulator, ping, channel, time[inside])
         pressure = recorded.isel(channel=channel).values[inside]
         errors += float(np.sum(np.abs(pressure - series) ** 2))
         powers += float(np.sum(np.abs(series) ** 2))
     return float(np.sqrt(errors / powers))
 
 
-def _sum_of_arrivals(scenario: Scenario, ping: int, channel: int, time: NDArray[np.float64]) -> NDArray[np.complex128]:
+def _sum_of_arrivals(
+    simulator: Simulator, ping: int, channel: int, time: NDArray[np.float64]
+) -> NDArray[np.complex128]:
     """Complex envelope [uPa] of one channel at evenly spaced times [s], from its arrivals, shape (samples,)."""
     first, last = float(time[0]) - MARGIN, float(time[-1]) + MARGIN
-    found = arrivals(scenario, ping, window=(max(first, 0.0), last), channel=channel)
-    simulator = build_simulator(scenario)
+    found = arrivals(simulator.scenario, ping, window=(max(first, 0.0), last), channel=channel)
     weight = arrival_weights(found, simulator.ping_geometry(ping, channel=channel), channel)
     rate = 1.0 / float(np.median(np.diff(time)))
     count = int(np.ceil((last - first) * rate)) * 2
     offset = np.fft.fftfreq(count, 1 / rate)
-    total = np.zeros(count, np.complex128)
+    series_spectrum = np.zeros(count, np.complex128)
     for begin in range(0, len(found), GROUP):
         part = slice(begin, begin + GROUP)
         phase = np.exp(-2j * np.pi * offset[:, None] * (found.delay[part] - time[0]))
-        shape = np.array([simulator.pulse.spectrum(offset, float(factor)) for factor in found.doppler[part]])
-        total += np.einsum("kn,nk,n->k", phase, shape, weight[part])
-    return np.asarray(np.fft.ifft(total)[: time.size] * rate)
+        spectra = np.array([simulator.pulse.spectrum(offset, float(factor)) for factor in found.doppler[part]])
+        series_spectrum += np.einsum("kn,nk,n->k", phase, spectra, weight[part])
+    return np.asarray(np.fft.ifft(series_spectrum)[: time.size] * rate)

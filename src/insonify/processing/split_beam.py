@@ -283,8 +283,8 @@ _LEVELS = {
 
 def _needed(ping: xr.Dataset, known: dict[str, float]) -> list[str]:
     """Settings without which a ping has no levels."""
-    names = ["frequency", "nominal_frequency", "sound_speed", "range_step", "transmit_power", "pulse_length",
-             "equivalent_beam_angle_db", "gain_db"]  # fmt: skip
+    names = ["frequency", "nominal_frequency", "sound_speed", "first_range", "range_step", "transmit_power",
+             "pulse_length", "equivalent_beam_angle_db", "gain_db"]  # fmt: skip
     if "voltage" in ping:
         names.append("transceiver_impedance")
     return [*names, "slope", "receiver_sample_rate"] if known.get("swept", 0.0) else names
@@ -296,7 +296,7 @@ def _ping_levels(ping: xr.Dataset, known: dict[str, float]) -> dict[str, Floats]
     replica = _replica(ping, known)
     time = known["pulse_length"] if replica is None else replica.resolution_time(compressed=swept)
     budget = _budget(ping, known, time)
-    slant_range = np.asarray(known.get("first_range", 0.0) + known["range_step"] * np.arange(ping.sizes["sample"]))
+    slant_range = np.asarray(known["first_range"] + known["range_step"] * np.arange(ping.sizes["sample"]))
     phases: tuple[Floats, Floats] | None = None
     if "voltage" in ping:
         voltage = ping["voltage"].values
