@@ -26,7 +26,7 @@ from insonify.synthesis._direction_grid_kernel import DirectionRows, combine_row
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, kernel_transform
 from insonify.synthesis._gridding_kernel import WIDTH as WIDTH
 from insonify.synthesis.element_arrivals import carrier_band
-from insonify.synthesis.time_grid import TimeGrid, convolve_waveforms, waveform_spectrum
+from insonify.synthesis.time_grid import WAVEFORM_CHANNELS, TimeGrid, convolve_waveforms, waveform_spectra
 from insonify.synthesis.waveform_basis import WaveformBasis
 
 Floats = NDArray[np.float64]
@@ -76,8 +76,10 @@ class DirectionGrid:
         low, high = _received_bins(scipy.fft.fftshift(np.abs(factors).max(axis=(0, 1))))
         filled = np.flatnonzero(np.any(cells != 0, axis=(0, 2, 3, 4)))
         rows = np.empty((len(filled), high - low), complex)
-        for spectrum, row in zip(rows, filled, strict=True):
-            spectrum[:] = scipy.fft.fftshift(waveform_spectrum(cells[:, row], grid, factors))[low:high]
+        for first in range(0, len(filled), WAVEFORM_CHANNELS):
+            part = slice(first, first + WAVEFORM_CHANNELS)
+            spectra = waveform_spectra(cells[:, filled[part]], grid, factors)
+            rows[part] = scipy.fft.fftshift(spectra, axes=1)[:, low:high]
         increment = grid.sample_rate / grid.padded_samples / self.ping_geometry.frequency
         beams = np.empty((len(self.steer), high - low), complex)
         form_beams(

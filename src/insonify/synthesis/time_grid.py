@@ -30,6 +30,8 @@ FEW = 16
 """Largest number of cells of a channel with energy for which their responses are summed, faster than transforms."""
 _CHANNELS = 16
 """Number of channels that are transformed at once."""
+WAVEFORM_CHANNELS = 4
+"""Number of channels of which all waveforms are transformed at once."""
 _LINE = 8
 """Numbers of complex64 in a cache line of 64 bytes."""
 
@@ -158,11 +160,10 @@ def convolve_waveforms(
         Complex envelope at grid.time, in the units of the weights, shape (channels, count).
     """
     series = np.empty((cells.shape[1], grid.sample_count), np.complex64)
-    for channel in range(len(series)):
-        total = waveform_spectrum(cells[:, channel], grid, factors)
-        series[channel] = scipy.fft.ifft(total, overwrite_x=True)[
-            grid.lead_samples : grid.lead_samples + grid.sample_count
-        ]
+    window = slice(grid.lead_samples, grid.lead_samples + grid.sample_count)
+    for first in range(0, len(series), WAVEFORM_CHANNELS):
+        spectra = waveform_spectra(cells[:, first : first + WAVEFORM_CHANNELS], grid, factors)
+        series[first : first + WAVEFORM_CHANNELS] = scipy.fft.ifft(spectra, axis=1, overwrite_x=True)[:, window]
     return series
 
 
@@ -178,27 +179,46 @@ def grid_factors(grid: TimeGrid, spectra: NDArray[np.complex128]) -> NDArray[np.
     return np.asarray(grid.sample_rate * spectra / np.concatenate([kernel[:half], kernel[:0:-1]]))
 
 
-def waveform_spectrum(
+def waveform_spectra(
     cells: NDArray[np.complex64], grid: TimeGrid, factors: NDArray[np.complex128]
 ) -> NDArray[np.complex128]:
-    """Spectrum of one channel's deposited arrivals, which are weighted sums of several waveforms, shape (padded,).
+    """Spectra of some channels' deposited arrivals, which are weighted sums of several waveforms.
 
     Args:
-        cells: Grids of pressure, shape (bands, groups, OVERSAMPLING * padded, waveforms of a group).
+        cells: Grids of pressure, shape (bands, channels, groups, OVERSAMPLING * padded, waveforms of a group).
         grid: The grid the cells belong to.
         factors: Factors of each waveform from `grid_factors`, shape (bands, dopplers, padded).
+
+    Returns:
+        Spectra in the units of the weights, shape (channels, padded).
     """
-    half, total = grid.padded_samples // 2, np.zeros(grid.padded_samples, complex)
-    for band, group in np.ndindex(cells.shape[0], cells.shape[1]):
-        size = cells.shape[3]
+    bands, channels, groups, count, size = cells.shape
+    spectra, half = np.zeros((channels, grid.padded_samples), complex), grid.padded_samples // 2
+    for band, group in np.ndindex(bands, groups):
         group_factors = factors[band, group * size : (group + 1) * size]  # the last group may have room for more
-        waveforms = cells[band, group, :, : len(group_factors)].T
-        # float64: as in `convolve_pulse`
-        rows = scipy.fft.fft(waveforms.astype(np.complex128, order="C"), axis=1, overwrite_x=True)
-        for row, factor in zip(rows, group_factors, strict=True):
-            total[:half] += row[:half] * factor[:half]
-            total[half:] += row[half - grid.padded_samples :] * factor[half:]
-    return total
+        # float64: as in `convolve_pulse`; many transforms at once share the instructions of the processor
+        waveforms = np.empty((channels, len(group_factors), count), complex)
+        _separate_waveforms(cells[band], group, waveforms)
+        transforms = scipy.fft.fft(waveforms, axis=2, overwrite_x=True)
+        for waveform, factor in enumerate(group_factors):
+            spectra[:, :half] += transforms[:, waveform, :half] * factor[:half]
+            spectra[:, half:] += transforms[:, waveform, half - grid.padded_samples :] * factor[half:]
+    return spectra
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _separate_waveforms(cells: NDArray[np.complex64], group: int, waveforms: NDArray[np.complex128]) -> None:
+    """Copy the interleaved waveforms of a group to series of their own.
+
+    Args:
+        cells: Grids of pressure, (channels, groups, cells, waveforms of a group).
+        group: Group of waveforms.
+        waveforms: Result, (channels, waveforms, cells), at most as many waveforms.
+    """
+    for c in range(cells.shape[0]):
+        for s in range(waveforms.shape[1]):
+            for j in range(cells.shape[2]):
+                waveforms[c, s, j] = cells[c, group, j, s]
 
 
 class EnergyFilter(NamedTuple):
