@@ -9,8 +9,8 @@ from insonify.synthesis.arrival_weights import arrival_weights
 
 LENGTH, MARGIN = 1e-3, 10e-3
 """Length of the part that is compared, and time before and after it of which arrivals are summed [s]. The response of
-the receiver to an echo 60 dB stronger, as that from below the sonar, takes longer to vanish: one that ends before that time
-is an error of 1e-5."""
+the receiver to an echo 60 dB stronger, as that from below the sonar, lasts longer: one before that time is an error of
+1e-5."""
 GROUP = 4096
 """Number of arrivals that are summed at once."""
 
