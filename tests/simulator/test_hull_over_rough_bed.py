@@ -103,7 +103,7 @@ def glint_excess(sediment, frequency, rings=24):
     lobe, none = ring_energies(k, 2 * k, made_of, low, edges)
     share = bed_roughness(afloat("rough", seabed={
         "scattering": {"law": "small-slope", "sediment": sediment}, "reflection": sediment}).seabed, frequency, C
-    ).scattered_share[-1]  # fmt: skip
+    ).scattered_fraction[-1]  # fmt: skip
     reflected = np.abs(reflection_coefficient(made_of, np.array(np.pi / 2))) ** 2
     change, azimuth = (edges[1:] + edges[:-1]) / 2, np.full(rings, np.pi)
     section = SmallSlope(made_of, frequency).cross_section(np.full(rings, np.pi / 2 - 1e-3), np.arccos(change), azimuth)

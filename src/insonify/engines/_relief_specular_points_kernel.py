@@ -147,7 +147,7 @@ def _path_gradient(
     time, _ = time_and_length(ray, distance, False, water)
     ray_north, ray_east = (x / distance, y / distance) if distance > 1e-9 else (1.0, 0.0)
     q = math.sqrt(max(index * index - p * p, 1e-12))
-    return (p * ray_north, p * ray_east, q, reference / ray.distance, reference / ray.growth, reference * time)
+    return (p * ray_north, p * ray_east, q, reference / ray.r_per_p, reference / ray.dr_dp, reference * time)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")

@@ -73,7 +73,7 @@ def slowness_table(
         for k in range(columns):
             distance = math.sqrt(k * square_step)
             ray = refracted_path(distance, -end[2], low + i * depth_step, False, water, 0.0, TABLE_CLOSE)
-            values[i, k] = water.speed[0] / ray.distance if ray.exists else math.nan
+            values[i, k] = water.speed[0] / ray.r_per_p if ray.exists else math.nan
     first = min(max(int(np.searchsorted(water.depth, low)) - 1, 0), water.depth.size - 1)
     knots = slice(first, max(int(np.searchsorted(water.depth, high)), first) + 1)
     layers = SurfaceWater(

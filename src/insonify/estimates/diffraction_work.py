@@ -13,7 +13,7 @@ from insonify.propagation.bounding_cylinders import bounding_cylinders
 from insonify.propagation.families import DIRECT
 from insonify.propagation.knife_edge import RIPPLES, ROUGH_RIPPLES
 from insonify.propagation.knife_edge_kernel import FAR
-from insonify.propagation.silhouette import COLUMNS, FEWEST
+from insonify.propagation.silhouette import COLUMNS, MIN_COLUMNS
 from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.units import amplitude_ratio
@@ -113,7 +113,7 @@ def _seconds_per_point(
             continue
         low = start[2] + (position[:, 2] - start[2]) * along / reach >= top - clearance
         width = np.sqrt(wavelength) / 2
-        columns = float(np.clip(np.ceil(2 * radius / width), FEWEST, COLUMNS)) if rough else COLUMNS
+        columns = float(np.clip(np.ceil(2 * radius / width), MIN_COLUMNS, COLUMNS)) if rough else COLUMNS
         around = near * (legs - direct) + (near & low) * direct
         seconds += around * columns * unit_costs.SECONDS_PER_DIFFRACTING_COLUMN
     by_each = boxes * legs * unit_costs.SECONDS_PER_DIFFRACTING_BOX

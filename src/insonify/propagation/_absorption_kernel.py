@@ -11,12 +11,12 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def absorb(length: Floats, attenuation: float, factor: Floats) -> None:
-    """Pressure ratio by absorption along paths.
+    """Write the pressure after absorption along paths, re that without it.
 
     Args:
         length: Length of each path [m], (f, n).
         attenuation: Absorption [Np/m].
-        factor: Result [1], (f, n).
+        factor: Result: exp(-attenuation length) [1], (f, n).
     """
     for f in range(length.shape[0]):
         path, row = length[f], factor[f]

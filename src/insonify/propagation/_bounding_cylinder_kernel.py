@@ -20,13 +20,13 @@ def points_behind_cylinder(
     """Find points whose path passes a cylinder in plan view; return their number.
 
     Args:
-        position: Start of the paths [m], (3,).
-        points: Ends of the paths [m], (n, 3).
-        directions: Directions of arrival, of any length, (f, n, 3); or (0, n, 3): straight from `position`.
+        position: North, east, depth of the start of the paths [m], (3,).
+        points: North, east, depth of the ends of the paths [m], (n, 3).
+        directions: Vectors of the direction of arrival, of any length, (f, n, 3); or (0, n, 3): straight paths.
         cylinder: North, east, radius, depth of the top of the cylinder [m], and further columns, (4 or more,).
         clearance: Largest distance between cylinder and path [m].
         direct: True: paths are straight in depth too, and those that pass above the top are left out.
-        rows: Result: indices of the points, increasing, (n,).
+        rows: Result: indices of the points found, increasing, in its first entries, (n,).
 
     Returns:
         Number of points.

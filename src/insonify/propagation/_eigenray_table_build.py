@@ -34,11 +34,11 @@ Bytes = NDArray[np.uint8]
 DELAY_ERROR = 4e-10
 """Error of the delay above which a cell is left to the exact solver [s]: less than half of the guaranteed error."""
 AMPLITUDE_ERROR = 1.2e-3
-"""Relative error of amplitude and length above which it is [1]: 0.01 dB, half of the guaranteed error."""
-_MERGED = 2e-3
-_TRACE = 0.25
-_PARTS = (0.15, 0.85)
-_NEAR_CORNERS = ((0.06, 0.06), (0.94, 0.06), (0.06, 0.94), (0.94, 0.94))
+"""Relative error of amplitude or length above which a cell is left to it [1]: 0.01 dB, half of the guaranteed one."""
+_MERGED = 2e-3  # largest distance of knots of the profile that share a line of nodes [m]
+_TRACE = 0.25  # error of a cell, as a fraction of the errors above, beyond which it is doubtful
+_PLANE_FRACTIONS = (0.15, 0.85)  # source depths between two planes at which doubtful cells are compared
+_NEAR_CORNERS = ((0.06, 0.06), (0.94, 0.06), (0.06, 0.94), (0.94, 0.94))  # positions in a cell: range, depth
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +70,7 @@ class TableGrid:
 
 
 def table_points(depth: Floats, ranges: Floats) -> TablePoints:
-    """Points at depths [m], (n,), and ranges [m], (n,), whose cells are to be found."""
+    """Points at depths [m], (n,), and ranges [m], (n,), with arrays for their cells, which `find_cells` fills."""
     return TablePoints(
         np.ascontiguousarray(depth),
         np.ascontiguousarray(ranges),
@@ -85,7 +85,7 @@ def table_grid(
     """Lines of depth through every knot of the profile, and evenly spaced ranges to a little beyond the greatest.
 
     Args:
-        water: The column.
+        water: The water column.
         point_depths: Least and greatest depth of the points [m].
         max_range: Greatest range [m].
         step: Largest spacing of the ranges [m].
@@ -102,16 +102,16 @@ def table_grid(
     depths = lines[0] + np.arange(slices) / per_metre if slices > 1 else lines[:1]
     buckets = np.clip(np.searchsorted(tops, depths + 1e-12, side="right") - 1, 0, tops.size - 1).astype(np.int32)
     intervals = max(1, int(np.ceil(max_range / step - 1e-9)))
-    stations: Floats = max_range / intervals * np.arange(np.ceil(RANGE_MARGIN * intervals) + 1, dtype=float)
+    node_ranges: Floats = max_range / intervals * np.arange(np.ceil(RANGE_MARGIN * intervals) + 1, dtype=float)
     rows = CellGrid(
         tops.copy(), heights, speed[: tops.size].copy(), gradient, per_height, buckets, float(per_metre),
-        1 / float(stations[1]),
+        1 / float(node_ranges[1]),
     )  # fmt: skip
-    return TableGrid(lines, stations, rows)
+    return TableGrid(lines, node_ranges, rows)
 
 
 def subdivide(span: tuple[float, float], knots: Floats, max_spacing: float) -> Floats:
-    """Depths from one end of a span to the other, with the knots between them, at most `max_spacing` apart [m].
+    """Depths from the least to the greatest of a span, with the knots between them, at most `max_spacing` apart [m].
 
     Knots within millimetres of each other count as one: the difference is below the resolution of a table, and the
     comparison with the exact solver is decisive.
@@ -124,10 +124,10 @@ def subdivide(span: tuple[float, float], knots: Floats, max_spacing: float) -> F
         if knot > ends[-1] + _MERGED:
             ends.append(float(knot))
     ends.append(high)
-    parts = [
+    intervals = [
         np.linspace(a, b, max(1, int(np.ceil((b - a) / max_spacing - 1e-9))), endpoint=False) for a, b in pairwise(ends)
     ]
-    return np.concatenate([*parts, [high]])
+    return np.concatenate([*intervals, [high]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,7 +146,7 @@ class TablePlane:
     specification: TableSpecification
     source_depth: float
     nodes: Floats
-    """Eight numbers of every node, see `_eigenray_table_kernel`, shape (b, l, s, 8)."""
+    """Eight values of every node, see `_eigenray_table_kernel`, shape (b, l, s, 8)."""
     mean_speed: NDArray[np.float32]
     """Length over delay [m/s], shape (b, l, s)."""
     path_count: Bytes
@@ -154,14 +154,14 @@ class TablePlane:
     missing_status: Bytes
     """`LegStatus` of cells without paths, (rows, cells)."""
     history: Bytes
-    """Caustics and fewest turns of the paths in each cell, (b, rows, cells, 2)."""
+    """Caustics of each path in a cell, and the fewest turns at its corners, (b, rows, cells, 2)."""
 
     def read(self, depth: Floats, ranges: Floats) -> tuple[Floats, TablePoints]:
         """Interpolate the table at points.
 
         Args:
             depth: Depths of the points [m], (n,).
-            ranges: Their ranges [m], (n,).
+            ranges: Ranges of the points [m], (n,).
 
         Returns:
             Rays, as from the exact solver, (n, paths, COLUMNS), 0 where there is none or the exact solver is
@@ -188,18 +188,19 @@ def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
     water, grid = task.layers, task.grid
     shape, cells = (grid.node_depths.size, grid.node_ranges.size), (grid.rows.top.size, grid.cells)
     nodes, mean_speed = np.zeros((BRANCHES, *shape, 8)), np.zeros((BRANCHES, *shape), np.float32)
-    kind, count, status = np.zeros((BRANCHES, *shape), np.int64), np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
-    node_rays = NodeRays(nodes, mean_speed, kind, count, status)
+    sheet, count, status = np.zeros((BRANCHES, *shape), np.int64), np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
+    node_rays = NodeRays(nodes, mean_speed, sheet, count, status)
     solve_nodes(water, source_depth, task.bounces, grid.node_depths, grid.node_ranges, node_rays)
-    state, why = np.empty(cells, np.uint8), np.empty(cells, np.uint8)
+    state, missing = np.empty(cells, np.uint8), np.empty(cells, np.uint8)
     history = np.zeros((BRANCHES, *cells, 2), np.uint8)
     source_layer = int(_layers(water, np.array([source_depth]))[0])
     layers = _layers(water, grid.rows.top + grid.rows.height / 2)
-    compare_corners(node_rays, task.bounces, source_layer, layers, CellPaths(state, why, history))
-    paths = max(1, int(np.where(state == EXACT, 0, state).max()))
+    compare_corners(node_rays, task.bounces, source_layer, layers, CellPaths(state, missing, history))
+    branches = max(1, int(np.where(state == EXACT, 0, state).max()))
     plane = TablePlane(
-        task, source_depth, nodes[:paths].copy(), mean_speed[:paths].copy(), state, why, history[:paths].copy()
-    )
+        task, source_depth, nodes[:branches].copy(), mean_speed[:branches].copy(), state, missing,
+        history[:branches].copy(),
+    )  # fmt: skip
     check_cells(plane)
     return plane
 
@@ -208,8 +209,8 @@ def interpolated_plane(above: TablePlane, below: TablePlane, source_depth: float
     """Interpolate the table for a source between two planes.
 
     Args:
-        above: Plane above the source.
-        below: Plane below it.
+        above: Table for the next source depth above.
+        below: Table for the next source depth below.
         source_depth: Depth of the source [m].
         cell_state: Number of paths in each cell for sources between the two, or `EXACT`.
     """
@@ -225,7 +226,7 @@ def interpolated_plane(above: TablePlane, below: TablePlane, source_depth: float
 
 
 def state_between_planes(above: TablePlane, below: TablePlane) -> Bytes:
-    """States of cells for all sources between two planes: valid in both, and accurate in between."""
+    """Number of paths in each cell for all sources between two planes: `EXACT` unless valid in both and in between."""
     is_equal = (above.path_count == below.path_count) & (
         (above.path_count > 0) | (above.missing_status == below.missing_status)
     )
@@ -234,7 +235,7 @@ def state_between_planes(above: TablePlane, below: TablePlane) -> Bytes:
     state = np.where(is_equal, above.path_count, np.uint8(EXACT))
     gap = below.source_depth - above.source_depth
     doubtful = check_cells(interpolated_plane(above, below, above.source_depth + 0.5 * gap, state))
-    for t in _PARTS:
+    for t in _PLANE_FRACTIONS:
         plane = interpolated_plane(above, below, above.source_depth + t * gap, state)
         if plane.nodes.shape[1] == 1:  # one line: cheap enough to check all cells
             rows, cells = np.nonzero(state != EXACT)
@@ -272,7 +273,7 @@ def check_corners(plane: TablePlane, chosen: NDArray[np.bool_]) -> None:
 def _inside(
     plane: TablePlane, rows: NDArray[np.intp], cells: NDArray[np.intp], u: float, v: float
 ) -> tuple[Floats, Floats]:
-    """Depths and ranges of one relative position in each of some cells."""
+    """Depths and ranges [m], (c,), of positions at fractions u of the width and v of the height of c cells."""
     grid = plane.specification.grid
     return grid.rows.top[rows] + v * grid.rows.height[rows], np.asarray((cells + u) * grid.step, float)
 
@@ -295,7 +296,7 @@ def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
 
 
 def _layers(water: SoundSpeedLayers, depth: Floats) -> NDArray[np.int64]:
-    """Layer of each depth, -1 on a knot."""
+    """Layer of the profile of each depth [m], -1 on a knot, (n,)."""
     layer = np.searchsorted(water.depth, depth, side="right") - 1
     knot_distance = np.abs(depth[:, None] - water.depth).min(axis=1)
     return np.where(knot_distance > 1e-6, np.clip(layer, 0, water.depth.size - 2), -1)

@@ -1,14 +1,14 @@
-"""Exact numbers at the nodes of an eigenray table, and the validity of its cells. Plain numbers and arrays only.
+"""Exact values at the nodes of an eigenray table, and the validity of its cells. Plain numbers and arrays only.
 
-Every derivative of the delay that a node needs follows from the ray that the exact solver finds there. With A the
-spreading of the ray tube, c and c_s the speeds at the point and at the source, and sigma = -1 for every bounce and
-every caustic along the ray,
+Every derivative of the delay T that a node needs follows from the ray that the exact solver finds there. With A the
+pressure by ray-tube spreading re that at 1 m, p the horizontal slowness, R the range, c and c_s the speeds at the point
+and at the source, and sigma the product of a factor -1 for every bounce and every caustic along the ray,
 
     T_R = p,   T_z = sin(arrival) / c,   T_zs = -sin(launch) / c_s,
     T_Rz = -sigma sin(launch) R A^2 / c_s,   T_Rzs = sigma sin(arrival) R A^2 / c,   T_zzs = -sigma p R A^2:
 
 the first line is Fermat's principle, the second its derivative, dp/dz = -(dX/dz) / (dX/dp) and so on, with dX/dp
-written by A. Nothing is divided by a sine, so rays that leave or arrive level are no exception.
+written by A. Nothing is divided by a sine, so rays that leave or arrive horizontally are no exception.
 """
 
 import math
@@ -35,7 +35,7 @@ from insonify.propagation._eigenray_kernel import (
     RaySolutions,
     solve_eigenrays,
 )  # fmt: skip
-from insonify.propagation._eigenray_table_kernel import EXACT, NUMBERS, TablePoints, U, V, W, Y
+from insonify.propagation._eigenray_table_kernel import EXACT, NODE_VALUES, TablePoints, U, V, W, Y
 from insonify.propagation.families import Bounces
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
@@ -44,24 +44,24 @@ Bytes = NDArray[np.uint8]
 Integers = NDArray[Any]
 
 BRANCHES = 4
-"""Rays of one family at one point that a table can hold; beyond, the exact solver is used."""
+"""Largest number of rays of one family to one point in a table; where there are more, the exact solver is used."""
 LOWEST_FREQUENCY = 10e3
-"""Frequency at which folds must be negligible [Hz]; otherwise the exact solver is used."""
+"""Frequency at which folds must be negligible [Hz]: near others the exact solver is used."""
 FOLD_MATTERS = 4.0
-"""Distance from a fold, in Airy's scale, within which it changes a ray by 0.01 dB or 0.75 degrees [1]."""
-NO_RAY, NEAR_FOLD = -1, -2
-TURN, LAYER, UPWARD = 100, 10_000, 10**13  # units of a sheet code: caustics below, then turns, layers, and the launch
+"""Argument of Airy's function beyond which a fold changes a ray by less than 0.01 dB and 0.75 degrees [1]."""
+NO_RAY, NEAR_FOLD = -1, -2  # sheet codes
+TURN, LAYER, UPWARD = 100, 10_000, 10**13  # units of a sheet code; its last two digits are the caustics
 
 
 class NodeRays(NamedTuple):
     """Rays at the nodes of a table for one source depth: l lines, s ranges."""
 
     nodes: Floats
-    """Eight numbers of every node, see `_eigenray_table_kernel`, (BRANCHES, l, s, 8)."""
+    """Eight values of every node, see `_eigenray_table_kernel`, (BRANCHES, l, s, 8)."""
     mean_speed: NDArray[np.float32]
     """Length over delay [m/s], (BRANCHES, l, s)."""
     sheet: Integers
-    """Code of the smooth sheet of rays, NO_RAY or NEAR_FOLD, (BRANCHES, l, s)."""
+    """Code of the smooth sheet of rays, see `sheet_code`, `NO_RAY` or `NEAR_FOLD`, (BRANCHES, l, s)."""
     path_count: Bytes
     """Number of paths at the node, (l, s)."""
     status: Bytes
@@ -76,7 +76,7 @@ class CellPaths(NamedTuple):
     missing_status: Bytes
     """`LegStatus` of cells without paths, (rows, s - 1)."""
     history: Bytes
-    """Caustics and fewest turns of the paths in each cell, (BRANCHES, rows, s - 1, 2)."""
+    """Caustics of each path in a cell, and the fewest turns at its corners, (BRANCHES, rows, s - 1, 2)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -84,29 +84,29 @@ def solve_nodes(
     water: SoundSpeedLayers, source_depth: float, bounces: Bounces, node_depths: Floats, node_ranges: Floats,
     node_rays: NodeRays,
 ) -> None:  # fmt: skip
-    """Exact numbers at all nodes, for one source depth.
+    """Write the exact values at all nodes, for one source depth.
 
     Args:
         water: The water column.
         source_depth: Depth of the source [m].
         bounces: Bounces of the family.
         node_depths: Depths of the lines of nodes [m], (l,).
-        node_ranges: Their ranges, evenly spaced [m], (s,).
+        node_ranges: Ranges of the nodes, evenly spaced from 0 [m], (s,).
         node_rays: Result.
     """
     depth, speed, n = water.depth, water.speed, node_ranges.size
     nodes, mean_speed, sheet, count, status = node_rays
-    rays, ray_count, why = np.zeros((n, MAX_RAYS, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
-    solutions = RaySolutions(rays, ray_count, why)
-    at_depth = np.empty(n)
+    rays, ray_count, missing_status = np.zeros((n, MAX_RAYS, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
+    solutions = RaySolutions(rays, ray_count, missing_status)
+    point_depth = np.empty(n)
     step = node_ranges[1] - node_ranges[0]
     source_speed = np.interp(source_depth, depth, speed)
     for i in range(node_depths.size):
-        at_depth[:] = node_depths[i]
-        solve_eigenrays(water, source_depth, bounces, at_depth, node_ranges, solutions)
+        point_depth[:] = node_depths[i]
+        solve_eigenrays(water, source_depth, bounces, point_depth, node_ranges, solutions)
         node_speed = np.interp(node_depths[i], depth, speed)
         for k in range(n):
-            count[i, k], status[i, k] = ray_count[k], why[k]
+            count[i, k], status[i, k] = ray_count[k], missing_status[k]
             for b in range(BRANCHES):
                 if b >= ray_count[k]:
                     sheet[b, i, k] = NO_RAY
@@ -123,7 +123,10 @@ def solve_nodes(
 def node_values(
     ray: Floats, ranges: float, step: float, speed: float, source_speed: float, bounces: int, node: Floats
 ) -> None:
-    """Eight numbers of one ray at one node, all but the last; see the module docstring."""
+    """Write the values of one ray at one node, all but the last, which becomes 0; see the module docstring.
+
+    ranges: range [m]; step: that of the nodes [m]; speed, source_speed: at the node and the source [m/s]; node: (8,).
+    """
     t, p = ray[DELAY], ray[SLOWNESS]
     t_z, t_s = ray[SIN_ARRIVAL] / speed, -ray[SIN_LAUNCH] / source_speed
     sigma = -1.0 if (bounces + int(ray[CAUSTICS])) % 2 else 1.0
@@ -140,19 +143,19 @@ def node_values(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def y_slopes(nodes: Floats, sheet: Integers) -> None:
-    """Slope of Y with range, from neighbours on the same sheet, as no single ray gives it.
+    """Write the derivative of Y by range times the step, from neighbours on the same sheet: no single ray gives it.
 
-    At range 0 it is 0, because U depends on the square of the range.
+    At range 0 it stays 0, because U depends on the square of the range. nodes: (s, 8); sheet: (s,), of one line.
     """
     n = sheet.size
     for k in range(1, n):
-        before = sheet[k - 1] == sheet[k]
-        after = k + 1 < n and sheet[k + 1] == sheet[k]
-        if before and after:
+        has_previous = sheet[k - 1] == sheet[k]
+        has_next = k + 1 < n and sheet[k + 1] == sheet[k]
+        if has_previous and has_next:
             nodes[k, 4 + Y] = 0.5 * (nodes[k + 1, Y] - nodes[k - 1, Y])
-        elif before:
+        elif has_previous:
             nodes[k, 4 + Y] = nodes[k, Y] - nodes[k - 1, Y]
-        elif after:
+        elif has_next:
             nodes[k, 4 + Y] = nodes[k + 1, Y] - nodes[k, Y]
 
 
@@ -168,12 +171,12 @@ def sheet_code(ray: Floats, water: SoundSpeedLayers, source_depth: float, bounce
     turns = int(ray[TURNS])
     if turns == 0:
         return int(ray[CAUSTICS])
-    depth, speed, limit = water.depth, water.speed, 1 / ray[SLOWNESS]
+    depth, speed, turning_speed = water.depth, water.speed, 1 / ray[SLOWNESS]
     above = np.searchsorted(depth, source_depth, side="right") - 1
-    while above > 0 and speed[above] < limit:
+    while above > 0 and speed[above] < turning_speed:
         above -= 1
     below = np.searchsorted(depth, source_depth, side="left")
-    while below < depth.size - 1 and speed[below] < limit:
+    while below < depth.size - 1 and speed[below] < turning_speed:
         below += 1
     upward = ray[SIN_LAUNCH] < 0
     turns_above = upward if bounces.number == 0 else not bounces.first_up
@@ -187,7 +190,7 @@ def on_same_sheet(sheet: int, other_sheet: int, bounces: Bounces, source_layer: 
 
     Rays that leave horizontally join those that turn first in the source's own layer to those that do not turn,
     smoothly: they are arcs of the same circles; so do rays that arrive horizontally, in the point's own layer. Turns in
-    are other sheets.
+    other layers are on other sheets.
     """
     if sheet < 0 or other_sheet < 0:
         return False
@@ -202,23 +205,23 @@ def joined_sheet(sheet: int, bounces: Bounces, source_layer: int, point_layer: i
     if sheet % LAYER // TURN != 1:
         return sheet
     layer, upward = sheet % UPWARD // LAYER, sheet >= UPWARD
-    before = bounces.number == 0 or upward != bounces.first_up  # it leaves away from the boundary
-    after = bounces.number == 0 or upward == bounces.first_up
-    smooth = (before and layer == source_layer) or (after and layer == point_layer)
-    return sheet % TURN if smooth else sheet
+    turns_first = bounces.number == 0 or upward != bounces.first_up  # before any bounce, away from the boundary
+    turns_last = bounces.number == 0 or upward == bounces.first_up
+    joins = (turns_first and layer == source_layer) or (turns_last and layer == point_layer)
+    return sheet % TURN if joins else sheet
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def compare_corners(
     node_rays: NodeRays, bounces: Bounces, source_layer: int, layers: Integers, cells: CellPaths
 ) -> None:  # fmt: skip
-    """Number of paths of every cell whose corners all lie on the same sheets; `EXACT` elsewhere.
+    """Write the number of paths of every cell whose corners all lie on the same sheets; `EXACT` elsewhere.
 
     Args:
         node_rays: From `solve_nodes`.
         bounces: Bounces of the family.
         source_layer: Layer of the source, -1 on a knot.
-        layers: Layer of each row of cells, -1 for none, (rows,).
+        layers: Layer of the profile of each row of cells, -1 for none, (rows,).
         cells: Result.
     """
     sheet, count, status = node_rays.sheet, node_rays.path_count, node_rays.status
@@ -247,7 +250,7 @@ def compare_corners(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_neighbours_of_exact(cell_state: Bytes, chosen: NDArray[np.bool_]) -> None:
-    """Mark the cells of a table next to one of the exact solver, corners included."""
+    """Mark the valid cells next to a cell of the exact solver, diagonal neighbours included; both (rows, cells)."""
     rows, cells = cell_state.shape
     for i in range(rows):
         for k in range(cells):
@@ -273,7 +276,8 @@ def compare_points(
         interpolated: Interpolated rays, (n, branches, COLUMNS).
         tolerances: Largest error of the delay [s], and largest relative error of amplitude and length [1].
         cell_state: Changed: `EXACT` where a point fails.
-        errors: Result: error of the delay [s] and relative one of amplitude, inf where the paths differ, (2, n).
+        errors: Result: error of the delay [s], larger relative error of amplitude and length [1], of the worst path;
+            infinite where the number of paths differs, 0 at points outside valid cells, (2, n).
     """
     n, cell, paths = points.ranges.size, points.cell, points.paths
     solutions = RaySolutions(np.zeros((n, MAX_RAYS, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
@@ -307,17 +311,17 @@ def interpolate_planes(upper_nodes: Floats, lower_nodes: Floats, t: float, plane
     """Nodes for a source between two planes, by Hermite's cubic: W and Y are the derivatives of U and V with its depth.
 
     Args:
-        upper_nodes: Nodes of the plane above, flat.
-        lower_nodes: Nodes of the plane below, flat.
-        t: Fraction of the distance, 0 to 1.
+        upper_nodes: Values of the nodes of the plane above, flat.
+        lower_nodes: Values of the nodes of the plane below, flat.
+        t: Position of the source from the plane above, as a fraction of the spacing, 0 to 1.
         plane_spacing: Distance of the planes [m].
-        nodes: Result: flat.
+        nodes: Result: values of the nodes, flat.
     """
     w = 1 - t
     a, b, c, d = w * w * (1 + 2 * t), t * t * (3 - 2 * t), t * w * w * plane_spacing, -t * t * w * plane_spacing
     e, f, g = 6 * t * w / plane_spacing, w * (1 - 3 * t), t * (3 * t - 2)
-    for start in range(0, nodes.size, NUMBERS):
-        for half in range(0, NUMBERS, 4):
+    for start in range(0, nodes.size, NODE_VALUES):
+        for half in range(0, NODE_VALUES, 4):
             for value in (U, V):
                 i = start + half + value
                 j = i + 1  # U is followed by its derivative W, V by Y

@@ -1,9 +1,9 @@
-"""Hermite's cubic in vectors: all numbers of a table between its nodes, in some forty instructions.
+"""Hermite's cubic in vectors: all values of a table between its nodes, in some forty instructions.
 
-The eight numbers of a node stand in one cache line, U, W, V, Y and their slopes with range. Between two nodes of a line
-the cubic of all four is one cubic of vectors; between two lines, U and W and their slopes are one vector again, and V
-and Y with theirs are its slopes with depth. Compilers do not see that by themselves, so it is written out here in the
-compiler's portable vector language, which it turns into whatever the processor has.
+The eight values of a node fill one cache line: U, W, V, Y and their derivatives by range times the step. Between two
+nodes of a line the cubic of all four is one cubic of vectors; between two lines, U and W and their derivatives are one
+vector again, and V and Y with theirs are its derivative by depth. Compilers do not vectorise that by themselves, so it
+is written out in the portable vector language of LLVM.
 """
 
 from typing import Any
@@ -16,7 +16,7 @@ cgutils = deferred("numba.core.cgutils")
 errors = deferred("numba.core.errors")
 
 
-LANES = 4
+LANES = 4  # double-precision numbers in a vector
 _ROW = ir.VectorType(ir.DoubleType(), LANES)
 _INDEX = ir.IntType(32)
 _FUSED = ("contract",)  # a multiplication and an addition may round once
@@ -88,8 +88,8 @@ def interpolate_on_line(typing_context: Any, nodes: Any, node_offset: Any, u: An
 
     Args:
         typing_context: Typing context of the compiler.
-        nodes: All nodes one after another, float64.
-        node_offset: Where the first node begins.
+        nodes: Values of all nodes one after another, float64.
+        node_offset: Index of the first value of the first node.
         u: Fraction of the distance between the nodes, 0 to 1.
     """
     _require_flat(nodes)
@@ -109,9 +109,9 @@ def interpolate_in_cell(typing_context: Any, nodes: Any, upper: Any, lower: Any,
 
     Args:
         typing_context: Typing context of the compiler.
-        nodes: All nodes one after another, float64.
-        upper: Where the node at the cell's upper near corner begins.
-        lower: Where the one below it begins.
+        nodes: Values of all nodes one after another, float64.
+        upper: Index of the first value of the node at the cell's upper near corner.
+        lower: Index of the first value of the node below it.
         u: Fraction of the horizontal distance to the next nodes, 0 to 1.
         v: Fraction of the cell's height, 0 to 1.
         height: Height of the cell [m].
@@ -121,13 +121,13 @@ def interpolate_in_cell(typing_context: Any, nodes: Any, upper: Any, lower: Any,
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         data = _data(context, builder, signature.args[0], arguments[0])
         u, v, height = (_splat(builder, scalar) for scalar in arguments[3:])
-        ends: list[Any] = []
+        cubic_ends: list[Any] = []
         for node in arguments[1:3]:
             value, slope = _on_line(builder, data, node, u)
-            ends.append(_pick(builder, value, slope, [0, 1, 4, 5]))
+            cubic_ends.append(_pick(builder, value, slope, [0, 1, 4, 5]))
             down = _pick(builder, value, slope, [2, 3, 6, 7])
-            ends.append(builder.fmul(down, height, flags=_FUSED))
-        upper, upper_slope, lower, lower_slope = ends
+            cubic_ends.append(builder.fmul(down, height, flags=_FUSED))
+        upper, upper_slope, lower, lower_slope = cubic_ends
         value, slope = _cubic(builder, upper, upper_slope, lower, lower_slope, v)
         picks = [(value, 0), (value, 2), (slope, 0), (value, 1), (value, 3), (slope, 1)]
         return context.make_tuple(builder, signature.return_type, _numbers(builder, picks))

@@ -14,7 +14,7 @@ class ExpansionNodes(NamedTuple):
     """Expansions of one family at the nodes of a grid."""
 
     terms: Floats
-    """Terms of `aperture_expansion` at each node, (depths, distances, terms)."""
+    """Terms of `aperture_expansion` at each node, shape (depths, distances, terms)."""
     first_depth: float
     """Least depth [m]."""
     depth_step: float
@@ -30,12 +30,12 @@ def interpolate_expansion(
     nodes: ExpansionNodes, distance: Floats, depth: Floats, is_needed: NDArray[np.bool_], terms: Floats,
     is_outside: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Expansions of the legs of one family to n points, linear between the nodes.
+    """Interpolate the expansions of the legs of one family to n points, linearly between the nodes.
 
     Args:
         nodes: The nodes.
         distance: Horizontal distances of the points [m], (n,).
-        depth: Their depths [m], (n,).
+        depth: Depths of the points [m], (n,).
         is_needed: True for the legs to evaluate, (n,).
         terms: Result, unchanged for other legs and points outside, (terms, n).
         is_outside: Result: True for points outside the grid, (n,).

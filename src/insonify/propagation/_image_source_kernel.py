@@ -25,9 +25,9 @@ class FoldedLegs(NamedTuple):
     bounces: Integers
     """Number of bounces of each family, (f,)."""
     first_up: NDArray[np.bool_]
-    """True where the first bounce is off the surface, (f,)."""
+    """True where the first bounce is at the surface, (f,)."""
     water_depth: float
-    """Depth of the bottom [m]."""
+    """Depth of the plane that reflects at the bottom [m]."""
 
 
 class StraightLegs(NamedTuple):
@@ -38,13 +38,13 @@ class StraightLegs(NamedTuple):
     length: Floats
     """Path length [m], (f, n)."""
     spreading: Floats
-    """1 m over the length [1], (f, n)."""
+    """Pressure re that at 1 m by spreading, 1 m over the length [1], (f, n)."""
     departure: Floats
-    """Direction of travel at the sonar, (f, n, 3)."""
+    """Unit vector of travel at the sonar, (f, n, 3)."""
     arrival: Floats
-    """Direction of travel at the point, (f, n, 3)."""
+    """Unit vector of travel at the point, (f, n, 3)."""
     grazing_sine: Floats
-    """Sine of the angle between the ray and the point's interface [1], (f, n)."""
+    """Sine of the grazing angle at the point's interface, negative from behind; 0 without one [1], (f, n)."""
     status: Integers
     """`LegStatus`, (f, n)."""
     occluder: Integers
@@ -57,7 +57,7 @@ class BoxCrossing(NamedTuple):
     enter: float
     """Fraction of the leg's horizontal distance at which it comes over the footprint [1]."""
     leave: float
-    """Fraction at which it has crossed it [1]; less than `enter` where the leg misses it."""
+    """Fraction at which the leg leaves the footprint [1]; less than `enter` where the leg misses it."""
     top: float
     """Depth of the box's top [m]."""
     base: float
@@ -70,13 +70,13 @@ class BoxCrossing(NamedTuple):
 def straight_legs(
     folded: FoldedLegs, speed: float, points: Floats, normals: Floats, boxes: Floats, own_box: int, legs: StraightLegs
 ) -> None:
-    """Geometry and geometric occlusion of every leg.
+    """Write the geometry of every leg, and its occlusion by boxes.
 
     Args:
         folded: Image sources of the families.
         speed: Speed of sound [m/s].
-        points: Scatterers [m], (n, 3).
-        normals: Unit normals of the scatterers, (n, 3).
+        points: North, east, depth of the scatterers [m], (n, 3).
+        normals: Unit normals of the scatterers, 0 for those without an interface, (n, 3).
         boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
         own_box: Row of the box that the points lie on, or -1.
         legs: Result.
@@ -89,19 +89,19 @@ def straight_legs(
             dx = points[n, 0] - source[0]
             dy = points[n, 1] - source[1]
             dz = points[n, 2] - image_depths[f]
-            away = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
-            once = 1 / away
-            length[f, n], delay[f, n], spreading[f, n] = away, away * slowness, once
-            arrival[f, n, 0] = departure[f, n, 0] = dx * once
-            arrival[f, n, 1] = departure[f, n, 1] = dy * once
-            arrival[f, n, 2] = dz * once
-            departure[f, n, 2] = sign * dz * once
-            sine = -(dx * normals[n, 0] + dy * normals[n, 1] + dz * normals[n, 2]) * once
+            distance = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
+            inverse = 1 / distance
+            length[f, n], delay[f, n], spreading[f, n] = distance, distance * slowness, inverse
+            arrival[f, n, 0] = departure[f, n, 0] = dx * inverse
+            arrival[f, n, 1] = departure[f, n, 1] = dy * inverse
+            arrival[f, n, 2] = dz * inverse
+            departure[f, n, 2] = sign * dz * inverse
+            sine = -(dx * normals[n, 0] + dy * normals[n, 1] + dz * normals[n, 2]) * inverse
             grazing_sine[f, n] = min(1.0, max(-1.0, sine))
             occluder[f, n] = -1
             # A point without a normal scatters in all directions.
-            free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
-            status[f, n] = CLEAR if sine > 0 or free else FACING_AWAY
+            has_no_normal = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
+            status[f, n] = CLEAR if sine > 0 or has_no_normal else FACING_AWAY
         if boxes.shape[0] > 0:
             _occlude_by_boxes(folded, f, points, boxes, own_box, status[f], occluder[f])
 
@@ -111,7 +111,7 @@ def write_factors(
     status: Integers, needed: NDArray[np.bool_], surface_product: NDArray[np.complex128],
     reflection_coefficient: NDArray[np.complex128], visibility: Floats,
 ) -> None:  # fmt: skip
-    """Reflection and visibility of every leg, as far as they follow from its family and status.
+    """Write reflection and visibility of every leg, as far as they follow from its family and status.
 
     Args:
         status: `LegStatus`, (f, n).
@@ -134,14 +134,14 @@ def mark_legs(
     folded: FoldedLegs, points: Floats, normals: Floats, boxes: Floats, own_box: int, status: Integers,
     occluder: Integers,
 ) -> None:  # fmt: skip
-    """Status and occluder of every leg alone, as from `straight_legs`, for its arguments."""
+    """Write only status and occluder of every leg; results and arguments as in `straight_legs`."""
     source, image_depths = folded.source, folded.image_depths
     for f in range(image_depths.size):
         for n in range(points.shape[0]):
             dx, dy, dz = points[n, 0] - source[0], points[n, 1] - source[1], points[n, 2] - image_depths[f]
             facing = -(dx * normals[n, 0] + dy * normals[n, 1] + dz * normals[n, 2])
-            free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
-            status[f, n], occluder[f, n] = CLEAR if facing > 0 or free else FACING_AWAY, -1
+            has_no_normal = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
+            status[f, n], occluder[f, n] = CLEAR if facing > 0 or has_no_normal else FACING_AWAY, -1
         if boxes.shape[0] > 0:
             _occlude_by_boxes(folded, f, points, boxes, own_box, status[f], occluder[f])
 
@@ -157,9 +157,9 @@ def _occlude_by_boxes(
             continue
         dx, dy, dz = points[n, 0] - source[0], points[n, 1] - source[1], points[n, 2] - image_depths[f]
         leg_bounces = Bounces(bounces[f], first_up[f] if bounces[f] > 0 else dz < 0)
-        cut = first_occluder(source, dx, dy, abs(dz), leg_bounces, water_depth, boxes, own_box)
-        if cut >= 0:
-            status[n], occluder[n] = OCCLUDED, cut
+        box_row = first_occluder(source, dx, dy, abs(dz), leg_bounces, water_depth, boxes, own_box)
+        if box_row >= 0:
+            status[n], occluder[n] = OCCLUDED, box_row
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -169,8 +169,8 @@ def first_occluder(
 ) -> int:  # fmt: skip
     """Row of the first box that cuts a leg, or -1.
 
-    Seen from above a leg is one straight line, whatever reflects it; only its depth folds. `vertical_travel` is
-    the unfolded vertical travel [m], all in one sense for a leg that bounces.
+    Seen from above a leg is one straight line, whatever reflects it; only its depth folds. source: its start [m], (3,);
+    dx, dy: its horizontal extent north, east [m]; vertical_travel: its unfolded vertical travel [m].
     """
     for b in range(boxes.shape[0]):
         enter, leave = footprint_crossing(source, dx, dy, boxes, b)
@@ -184,9 +184,9 @@ def first_occluder(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def footprint_crossing(source: Floats, dx: float, dy: float, boxes: Floats, b: int) -> tuple[float, float]:
-    """Fractions of the path, 0 to 1, at which a leg enters and leaves the upright prism over a box's footprint.
+    """Fractions of the horizontal distance, 0 to 1, at which a leg enters and leaves the footprint of box b.
 
-    Enter exceeds leave where the leg misses it.
+    Enter exceeds leave where the leg misses it; a vertical leg over the footprint has 0 and 1.
     """
     c, s = boxes[b, 2], boxes[b, 3]
     x = source[0] - boxes[b, 0]
@@ -211,28 +211,28 @@ def footprint_crossing(source: Floats, dx: float, dy: float, boxes: Floats, b: i
 def hits_in_depth(
     depth: float, vertical_travel: float, bounces: Bounces, water_depth: float, box: BoxCrossing
 ) -> bool:  # fmt: skip
-    """True where the folded leg is at a depth of the box while over its footprint.
+    """Return True if the folded leg is at a depth of the box while over its footprint.
 
-    A leg that ends on the box itself may touch it with its last segment: the box is convex and the
-    end faces the water.
+    A leg that ends on the box itself may touch it with its last segment: the box is convex, and the end of the leg lies
+    on a face that is in contact with water.
     """
     start = 0.0
-    down = not bounces.first_up
+    goes_down = not bounces.first_up
     z = depth
     for segment in range(bounces.number + 1):
-        last = segment == bounces.number
-        if last:
+        is_last = segment == bounces.number
+        if is_last:
             stop = 1.0
         else:
-            span = (water_depth - z) if down else z
+            span = (water_depth - z) if goes_down else z
             stop = start + span / max(vertical_travel, 1e-12)
-        if not (last and box.is_own) and box.enter <= stop and box.leave >= start:
-            sense = 1.0 if down else -1.0
+        if not (is_last and box.is_own) and box.enter <= stop and box.leave >= start:
+            sense = 1.0 if goes_down else -1.0
             z1 = z + sense * vertical_travel * (max(box.enter, start) - start)
             z2 = z + sense * vertical_travel * (min(box.leave, stop) - start)
             if max(z1, z2) >= box.top and min(z1, z2) <= box.base:
                 return True
-        z = water_depth if down else 0.0
-        down = not down
+        z = water_depth if goes_down else 0.0
+        goes_down = not goes_down
         start = stop
     return False

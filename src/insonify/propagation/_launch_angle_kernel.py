@@ -15,32 +15,32 @@ Floats = NDArray[np.floating[Any]]
 def interpolate_launch_slope(nodes: Floats, first_depth: float, row_spacing: float, column_spacing: float,
                              distance: Floats, depth: Floats,
                launch_slope: Floats) -> None:  # fmt: skip
-    """Launch slope of rays to positions, linear between the nodes of a grid.
+    """Write the launch slope of rays to positions: distance times slope is linear between the nodes of a grid.
 
     Args:
         nodes: Distance times launch slope at the nodes [m], NaN where there is no ray, (depths, distances).
         first_depth: First depth of the grid [m].
         row_spacing: Spacing of the depths [m].
         column_spacing: Spacing of the distances, the first of which is 0 [m].
-        distance: Horizontal distance of the positions [m], (n,), or that of their columns.
+        distance: Horizontal distance of the positions of each column [m], (n,).
         depth: Depths of the positions [m], (m, n).
-        launch_slope: Result: NaN outside the grid, (m, n).
+        launch_slope: Result [1], NaN outside the grid, (m, n).
     """
-    (lines, stations), count, one = nodes.shape, distance.size, np.uint32(1)
+    (lines, columns), count, one = nodes.shape, distance.size, np.uint32(1)
     column, fraction, divisor = np.empty(count, np.uint32), np.empty(count), np.empty(count)
     for n in range(count):
         u = distance[n] / column_spacing
-        inside = 0 < u <= stations - 1
-        k = min(int(u), stations - 2) if inside else 0
-        column[n], fraction[n], divisor[n] = k, u - k, distance[n] if inside else np.nan
-    flat, width, last = nodes.reshape(nodes.size), np.uint32(stations), float(lines - 2)
+        is_inside = 0 < u <= columns - 1
+        k = min(int(u), columns - 2) if is_inside else 0
+        column[n], fraction[n], divisor[n] = k, u - k, distance[n] if is_inside else np.nan
+    flat, width, last = nodes.reshape(nodes.size), np.uint32(columns), float(lines - 2)
     node, down, corner = np.empty(count, np.uint32), np.empty(count), np.empty((4, count))
     near_above, far_above, near_below, far_below = corner[0], corner[1], corner[2], corner[3]
     for m in range(depth.shape[0]):
         positions, result = depth[m], launch_slope[m]
         for n in range(np.uint64(count)):  # several loops: compilers vectorise those that read no table
             v = (positions[n] - first_depth) / row_spacing
-            above = v if v > 0.0 else 0.0  # so is NaN
+            above = v if v > 0.0 else 0.0  # 0 for NaN too
             i = np.uint32(above if above < last else last)
             node[n] = i * width + column[n]
             down[n] = v - np.float64(i) if (v >= -1e-6) & (v <= last + 1 + 1e-6) else np.nan
@@ -59,10 +59,10 @@ def unturned_distances(
     depth: Floats, ratio: Floats, source_row: int, launch_slope: Floats, range_to_surface: Floats,
     range_to_plane: Floats,
 ) -> None:  # fmt: skip
-    """Horizontal distances of rays that do not turn, from the sonar up to the surface and down to the plane.
+    """Write the horizontal distances of rays from the sonar up to the surface and down to the plane without a turn.
 
     Args:
-        depth: Depths of the layers' ends between surface and plane, the sonar's among them [m], (m,).
+        depth: Depths of the knots from surface to reflecting plane, with that of the sonar [m], (m,).
         ratio: Sound speed at these depths over that at the sonar [1], (m,).
         source_row: Row of the sonar's depth.
         launch_slope: Launch slope of the rays [1], (n,).
@@ -79,9 +79,9 @@ def unturned_distances(
             j = source_row
             while j != (0 if side == 0 else depth.size - 1):
                 k = j - 1 if side == 0 else j + 1
-                left = square + (1 - ratio[k]) * (1 + ratio[k])
-                after = math.sqrt(max(left, 0.0))
-                if left < 0 or root + after == 0:
+                squared_after = square + (1 - ratio[k]) * (1 + ratio[k])
+                after = math.sqrt(max(squared_after, 0.0))
+                if squared_after < 0 or root + after == 0:
                     reach = np.inf
                     break
                 reach += abs(depth[k] - depth[j]) * (ratio[j] + ratio[k]) / (root + after)

@@ -24,7 +24,7 @@ LEG_END_OFFSET = 1e-6
 """Distance before a face at which legs to it end [m]: less than any wavelength, more than any rounding."""
 SIDE = 32
 """Cells along each side of a light buffer."""
-_MARGIN = 8 * EDGE_MARGIN  # about each triangle, as a fraction of the solid's size: more than triangles are enlarged by
+_MARGIN = 8 * EDGE_MARGIN  # about triangles, as a fraction of the solid's size: more than `triangle_hit` adds
 _CLEAR, _OCCLUDED = int(LegStatus.CLEAR), int(LegStatus.OCCLUDED)
 
 
@@ -34,7 +34,7 @@ class LightBuffer(NamedTuple):
     corners: Floats
     """One corner and the two sides from it of each triangle [m], (t, 9)."""
     axes: Floats
-    """Unit vectors towards the solid and of the two axes of the projection, (3, 3)."""
+    """Unit vectors towards the middle of the solid and of the two axes of the projection, one a row, (3, 3)."""
     lower_bound: Floats
     """Lower bound of the distance along the first axis [m], and of both coordinates [1], (3,)."""
     cells_per_unit: Floats
@@ -44,9 +44,9 @@ class LightBuffer(NamedTuple):
     triangle_nearest: Floats
     """Least distance along the first axis of each triangle [m], (t,)."""
     cell_offsets: Integers
-    """Offset of each cell in `cell_triangles`, and their number, (SIDE^2 + 1,)."""
+    """Index of each cell's first entry of `cell_triangles`, and their number, (SIDE^2 + 1,)."""
     cell_triangles: Integers
-    """Triangles of one cell after another, (any,)."""
+    """Rows of the triangles, those of one cell after another, (sum over the cells,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -103,7 +103,7 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _projection_axes(source: Floats, middle: Floats) -> Floats:
-    """Unit vectors towards the middle of a solid and of two axes across, (3, 3)."""
+    """Unit vectors towards the middle of a solid and of two axes perpendicular to it, one a row, (3, 3)."""
     axes = np.empty((3, 3))
     axes[0] = (middle - source) / math.sqrt(((middle - source) ** 2).sum())
     across = math.hypot(axes[0, 0], axes[0, 1])
@@ -123,12 +123,12 @@ def _cells_of_triangle(
     """Cells that one triangle may cover, row by row.
 
     Args:
-        projected: Its projected corners, distance first, (3, 3).
+        projected: Corners of the triangle: distance along the first axis [m], both coordinates [1], (3, 3).
         lower_bound: See `LightBuffer`.
         per_unit: See `LightBuffer`.
         margin: Margin about the triangle [1].
-        spans: Result, first cell and after the last in each of its rows, (SIDE, 2).
-        rows: Result, its first row and after the last, (2,).
+        spans: Result: first cell and last + 1 in each of its rows, (SIDE, 2).
+        rows: Result: first row and last row + 1, (2,).
     """
     bottom, top = (
         min(projected[0, 2], projected[1, 2], projected[2, 2]),
@@ -137,14 +137,14 @@ def _cells_of_triangle(
     rows[0] = int((bottom - margin - lower_bound[2]) * per_unit[1])
     rows[1] = min(int((top + margin - lower_bound[2]) * per_unit[1]) + 1, SIDE)
     for row in range(rows[0], rows[1]):
-        begin, stop = lower_bound[2] + row / per_unit[1] - margin, lower_bound[2] + (row + 1) / per_unit[1] + margin
+        start, stop = lower_bound[2] + row / per_unit[1] - margin, lower_bound[2] + (row + 1) / per_unit[1] + margin
         left, right = np.inf, -np.inf
         for k in range(3):
             x, y = projected[k, 1], projected[k, 2]
             dx, dy = projected[(k + 1) % 3, 1] - x, projected[(k + 1) % 3, 2] - y
             enter, leave = 0.0, 1.0
             if abs(dy) > margin:
-                a, b = (begin - y) / dy, (stop - y) / dy
+                a, b = (start - y) / dy, (stop - y) / dy
                 enter, leave = max(0.0, min(a, b)), min(1.0, max(a, b))
             if enter <= leave:
                 left = min(left, x + enter * dx, x + leave * dx)
@@ -161,11 +161,11 @@ def occlude_direct_legs(
     """Mark the clear direct legs that one solid cuts.
 
     Args:
-        buffer: Its light buffer.
+        buffer: Light buffer of the solid.
         source: Position of the sonar [m], (3,).
-        solid_row: Row of the solid.
+        solid_row: Row of the solid among the occluders.
         rows: Indices of the points to process, (r,).
-        points: Scatterers [m], (n, 3).
+        points: North, east, depth of the scatterers [m], (n, 3).
         normals: Unit normals, (n, 3); legs end `LEG_END_OFFSET` before a point, on the side that its normal faces.
         status: `LegStatus`, changed for occluded legs, (n,).
         occluder: Set to the solid for occluded legs, (n,).

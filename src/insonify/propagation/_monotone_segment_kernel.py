@@ -60,7 +60,7 @@ def branch_rays(
         low: Distance of the nearest point [m].
         high: Distance of the farthest point [m].
         workspace: Block of rays, index of the point of each, guesses (3, GUESSES), and edges of segments (2, m).
-        result: First point and end of the points of that depth (2,); distance [m] (n,), rays (n, MAX_RAYS, COLUMNS) and
+        result: First and last + 1 of the points of that depth (2,); distance [m] (n,), rays (n, MAX_RAYS, COLUMNS) and
             number of rays (n,) of all points, the last two changed.
 
     Returns:
@@ -68,11 +68,11 @@ def branch_rays(
     """
     edges, min_turning_speed = workspace[3], ray_branch[LAYER_SEQUENCE, TOP]
     excess, total = max_turning_speed - min_turning_speed, max_turning_speed + min_turning_speed
-    end = math.sqrt(excess / min_turning_speed * (total / min_turning_speed))  # largest v
-    segment_count = monotone_segments(end, high, ray_branch, edges)
+    max_v = math.sqrt(excess / min_turning_speed * (total / min_turning_speed))
+    segment_count = monotone_segments(max_v, high, ray_branch, edges)
     x_left = ray_distance(HORIZONTAL, ray_branch)[0]
-    x_end = ray_distance(end, ray_branch)[0]
-    shortest, longest = min(x_left, x_end), max(x_left, x_end)
+    x_max_v = ray_distance(max_v, ray_branch)[0]
+    shortest, longest = min(x_left, x_max_v), max(x_left, x_max_v)
     for segment in range(segment_count):
         x_right = ray_distance(edges[EDGE, segment + 1], ray_branch)[0]
         if min(x_left, x_right) <= high * (1 + ROUNDING) and max(x_left, x_right) >= low * (1 - ROUNDING):
@@ -149,14 +149,14 @@ def initial_guesses(
         a: Least v of the segment.
         b: Greatest v of the segment.
         is_falling: True if distance falls with v.
-        guesses: Work array: distance [m], v and dv/dX of each ray, (3, GUESSES).
+        guesses: Work array: distance X [m], v [1] and dv/dX [1/m] of each ray, (3, GUESSES).
     """
     for k in range(GUESSES):
-        part = k / (GUESSES - 1.0)
-        part = part * part * (3 - 2 * part)  # closer at both ends, where a fold may be
-        v = max(a, b + (a - b) * part if is_falling else a + (b - a) * part)
-        x, slope = ray_distance(v, ray_branch)
-        guesses[0, k], guesses[1, k], guesses[2, k] = x, v, 1 / slope
+        fraction = k / (GUESSES - 1.0)
+        fraction = fraction * fraction * (3 - 2 * fraction)  # closer at both ends, where a fold may be
+        v = max(a, b + (a - b) * fraction if is_falling else a + (b - a) * fraction)
+        x, dx_dv = ray_distance(v, ray_branch)
+        guesses[0, k], guesses[1, k], guesses[2, k] = x, v, 1 / dx_dv
     for i in range(point_count):
         if block.state[i] != GUESS:
             continue
@@ -173,28 +173,28 @@ def initial_guesses(
         u = 1 - t
         v = v0 * u * u * (1 + 2 * t) + v1 * t * t * (1 + 2 * u)
         v += width * t * u * (guesses[2, lower] * u - guesses[2, upper] * t)
-        inside = min(v0, v1) <= v <= max(v0, v1)
-        block.v[i] = v if inside else v0 + (v1 - v0) * t
+        is_inside = min(v0, v1) <= v <= max(v0, v1)
+        block.v[i] = v if is_inside else v0 + (v1 - v0) * t
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def record_fold(row: Floats, distance: float, v: float, ray_tube: float, ray_branch: Floats) -> None:
-    """Record a fold at an end of a ray's segment, if it is nearer than the one recorded before.
+def record_fold(row: Floats, distance: float, v: float, dx_dp: float, ray_branch: Floats) -> None:
+    """Record a fold at an end of a ray's segment, if its caustic is nearer than that of the one recorded before.
 
-    Distance is measured in units of the Airy function's width, as FOLD / FOLD_CURVATURE^(1/3).
+    Distances from caustics are compared as arguments of the Airy function, proportional to FOLD / FOLD_CURVATURE^(1/3).
 
     Args:
         row: Columns of the ray, see `_ray_properties_kernel`; changed.
         distance: Horizontal distance of its point [m].
         v: Parameter v of the fold.
-        ray_tube: Derivative of the distance by the horizontal slowness, dX/dp, of the ray [m^2/s].
+        dx_dp: Derivative of the ray's horizontal distance by its horizontal slowness [m^2/s].
         ray_branch: The ray branch.
     """
     offset = distance - ray_distance(v, ray_branch)[0]
-    bend = abs(curvature_at_fold(v, ray_branch))
-    if abs(offset) ** 3 * row[FOLD_CURVATURE] < abs(row[FOLD]) ** 3 * bend:
-        row[FOLD], row[FOLD_CURVATURE] = offset, bend
-        row[FOLD_SIDE] = 1.0 if ray_tube > 0 else -1.0
+    curvature = abs(curvature_at_fold(v, ray_branch))
+    if abs(offset) ** 3 * row[FOLD_CURVATURE] < abs(row[FOLD]) ** 3 * curvature:
+        row[FOLD], row[FOLD_CURVATURE] = offset, curvature
+        row[FOLD_SIDE] = 1.0 if dx_dp > 0 else -1.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

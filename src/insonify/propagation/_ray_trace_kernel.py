@@ -1,4 +1,4 @@
-"""Kernel that traces rays through a layered column, arc by arc. Plain numbers and arrays only.
+"""Kernel that traces rays through layered water, arc by arc. Plain numbers and arrays only.
 
 Between two knots sound speed is linear in depth and a ray is an arc of a circle, so nothing is integrated: with
 theta the elevation (+ down) and p = cos(theta) / c constant by Snell's law, the sine falls by p g over each metre of
@@ -43,16 +43,16 @@ def trace_rays(
     water: SoundSpeedLayers, source_depth: float, sines: Floats, max_range: float, max_bounces: int,
     first_row: Integers, vertices: RayVertices,
 ) -> None:  # fmt: skip
-    """Vertices of every ray at its source, knots, turning points, bounces and end.
+    """Write the vertices of every ray: at its source, knots, turning points, bounces and end.
 
     Args:
         water: The water column, which reflects at its first and last knot.
         source_depth: Depth of the source [m].
-        sines: Sine of the launch elevation, + down, (rays,).
-        max_range: Range at which rays end [m].
+        sines: Sine of the launch elevation of each ray, + down [1], (n,).
+        max_range: Horizontal distance at which rays end [m].
         max_bounces: Largest number of bounces; the next one ends a ray.
-        first_row: Result: row of the first vertex of each ray, and the number of all, (rays + 1,).
-        vertices: Result: v vertices; those beyond are counted and not written.
+        first_row: Result: row of the first vertex of each ray, and the number of all vertices, (n + 1,).
+        vertices: Result: the first v vertices; those beyond are counted and not written.
     """
     row = 0
     for ray in range(sines.size):
@@ -66,57 +66,57 @@ def _trace(
     water: SoundSpeedLayers, source_depth: float, launch: float, max_range: float, max_bounces: int, row: int,
     vertices: RayVertices,
 ) -> int:  # fmt: skip
-    """Trace one ray; return the row after its last vertex."""
+    """Trace one ray of sine `launch`; return the row after its last vertex."""
     depth, speed = water.depth, water.speed
     z, x, t = source_depth, 0.0, 0.0
-    down = launch >= 0
-    layer = _layer(depth, z, down)
+    goes_down = launch >= 0
+    layer = _layer(depth, z, goes_down)
     c0 = _speed_in(depth, speed, layer, z)
     c, s = c0, abs(launch)
     square, p = (1 - s) * (1 + s), math.sqrt((1 - s) * (1 + s)) / c0
     bounce_count, turn_count, reversals = 0, 0, 0
     while True:
         g = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer])
-        sense = 1.0 if down else -1.0
-        knot = layer + 1 if down else layer
+        sense = 1.0 if goes_down else -1.0
+        knot = layer + 1 if goes_down else layer
         # from the launch, not from p: at a nearly horizontal ray 1 - (p c)^2 would be a difference of equals
         s2 = launch * launch - square * (speed[knot] - c0) * (speed[knot] + c0) / (c0 * c0)
-        if s == 0 and s2 <= 0 and reversals < 2 and g != 0 and _has_layer(depth, z, not down):
-            down, reversals = not down, reversals + 1  # refracts towards the other boundary, or not at all
-            layer = _layer(depth, z, down)
+        if s == 0 and s2 <= 0 and reversals < 2 and g != 0 and _has_layer(depth, z, not goes_down):
+            goes_down, reversals = not goes_down, reversals + 1  # refracts towards the other boundary, or not at all
+            layer = _layer(depth, z, goes_down)
             continue
         is_horizontal = s == 0 and s2 <= 0  # along the axis of a channel, or in isovelocity water
-        apex = s2 <= 0 and not is_horizontal
+        turns_here = s2 <= 0 and not is_horizontal
         _write(vertices, row, (x, z, t), sense * s, 0.0 if is_horizontal else g, bounce_count, turn_count)
         row, reversals = row + 1, 0
         end_s, end_z, end_c = math.sqrt(max(s2, 0.0)), depth[knot], speed[knot]
         dx = math.inf if is_horizontal else abs(end_z - z) * p * (c + end_c) / (s + end_s)
-        if apex:
+        if turns_here:
             dx, end_s = s / (p * abs(g)), 0.0
             end_z, end_c = z + sense * dx * s / (1 + p * c), 1 / p
-        last = x + dx >= max_range
-        if last:
+        is_last = x + dx >= max_range
+        if is_last:
             dx = max_range - x
-            leaning = sense * s - (0.0 if is_horizontal else p * g * dx)
-            end_z = z + dx * (sense * s + leaning) / (p * c + math.sqrt(max(0.0, (1 - leaning) * (1 + leaning))))
-            sense, end_s, end_c = math.copysign(1.0, leaning), abs(leaning), c + g * (end_z - z)
+            sine_end = sense * s - (0.0 if is_horizontal else p * g * dx)
+            end_z = z + dx * (sense * s + sine_end) / (p * c + math.sqrt(max(0.0, (1 - sine_end) * (1 + sine_end))))
+            sense, end_s, end_c = math.copysign(1.0, sine_end), abs(sine_end), c + g * (end_z - z)
         t += chord_time(math.hypot(dx, end_z - z), c, end_c, g)
-        x, z, s, c = max_range if last else x + dx, end_z, end_s, end_c
-        if not last and apex:
-            down, turn_count = not down, turn_count + 1
-        elif not last and 0 < knot < depth.size - 1:
-            layer = layer + 1 if down else layer - 1
-        elif not last:
+        x, z, s, c = max_range if is_last else x + dx, end_z, end_s, end_c
+        if not is_last and turns_here:
+            goes_down, turn_count = not goes_down, turn_count + 1
+        elif not is_last and 0 < knot < depth.size - 1:
+            layer = layer + 1 if goes_down else layer - 1
+        elif not is_last:
             bounce_count += 1
-            last, down = bounce_count > max_bounces, not down
-        if last:
+            is_last, goes_down = bounce_count > max_bounces, not goes_down
+        if is_last:
             _write(vertices, row, (x, z, t), sense * s, 0.0, min(bounce_count, max_bounces), turn_count)
             return row + 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def chord_time(chord: float, c1: float, c2: float, gradient: float) -> float:
-    """Travel time along an arc between two points a chord apart, in water of one gradient [s]."""
+    """Travel time along an arc with a chord [m], in water of one gradient [1/s], with speeds c1, c2 at its ends [s]."""
     mean = math.sqrt(c1 * c2)
     u = abs(gradient) * chord / (2 * mean)
     return chord / mean * (math.asinh(u) / u if u > 1e-8 else 1.0)
@@ -124,7 +124,7 @@ def chord_time(chord: float, c1: float, c2: float, gradient: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _layer(depth: Floats, z: float, down: bool) -> int:
-    """Layer that a ray enters; at a knot the one on its side."""
+    """Layer that a ray enters at a depth z; at a knot the layer ahead of it."""
     layer = 0
     while layer < depth.size - 2 and (depth[layer + 1] <= z if down else depth[layer + 1] < z):
         layer += 1
@@ -133,24 +133,24 @@ def _layer(depth: Floats, z: float, down: bool) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _has_layer(depth: Floats, z: float, down: bool) -> bool:
-    """Return True if there is water on that side."""
+    """Return True if there is water below (down) or above a depth z."""
     return z < depth[-1] if down else z > depth[0]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _speed_in(depth: Floats, speed: Floats, layer: int, z: float) -> float:
     """Sound speed at a depth of a layer [m/s]."""
-    share = (z - depth[layer]) / (depth[layer + 1] - depth[layer])
-    return speed[layer] * (1 - share) + speed[layer + 1] * share
+    fraction = (z - depth[layer]) / (depth[layer + 1] - depth[layer])
+    return speed[layer] * (1 - fraction) + speed[layer + 1] * fraction
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _write(
     vertices: RayVertices, row: int, at: tuple[float, float, float], sine: float, gradient: float, bounce_count: int,
-    turned: int,
+    turn_count: int,
 ) -> None:  # fmt: skip
     """Write one vertex, if it fits; `at` is its distance [m], depth [m] and time [s]."""
     if row < vertices.sine.size:
         vertices.distance[row], vertices.depth[row], vertices.time[row] = at
         vertices.sine[row], vertices.gradient[row] = sine, gradient
-        vertices.bounces[row], vertices.turns[row] = bounce_count, turned
+        vertices.bounces[row], vertices.turns[row] = bounce_count, turn_count

@@ -18,11 +18,11 @@ from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 Floats = NDArray[np.float64]
 
 MAX_ARCS = 100_000
-"""Arcs of a ray after which the trace is given up: more than any contributing ray has."""
+"""Number of arcs after which the trace of a ray ends without a hit: more than any contributing ray has."""
 
 
 class LaunchedRay(NamedTuple):
-    """One ray from the sonar to a point."""
+    """One refracted ray from the sonar to a point."""
 
     source_depth: float
     """Depth of the sonar [m]."""
@@ -38,10 +38,10 @@ class LaunchedRay(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def ray_hits_box(water: SoundSpeedLayers, bounces: Bounces, ray: LaunchedRay, box: BoxCrossing) -> bool:
-    """True where a ray is at a depth of the box while over its footprint.
+    """Return True if a ray is at a depth of the box while over its footprint.
 
     The ray is traced arc by arc, from knot to knot. One that ends on the box itself may touch it with its last
-    segment: the box is convex, the end faces the water, and over a box a ray curves by far less than its side.
+    segment: the box is convex, its end lies on a face in contact with water, and the ray is nearly straight there.
 
     Args:
         water: The water column.
@@ -108,13 +108,13 @@ def ray_depths_along_range(
     water: SoundSpeedLayers, source_depth: float, slowness: Floats, sines: Floats, bounces: Bounces, start: Floats,
     stop: Floats, depths: Floats,
 ) -> None:  # fmt: skip
-    """Depths of rays at evenly spaced distances.
+    """Write the depths of rays at k evenly spaced distances.
 
     Args:
         water: The water column.
         source_depth: Depth of the sonar [m].
         slowness: Horizontal slowness of the rays [s/m], (n,).
-        sines: Sines of their launch angles, + down, (n,).
+        sines: Sines of the launch angles, + down [1], (n,).
         bounces: Reflections of the rays before they end.
         start: Horizontal distance of the first depth [m], (n,).
         stop: Horizontal distance of the last depth [m], (n,).
@@ -158,9 +158,10 @@ def ray_depths_along_range(
 def _arc_end(
     z: float, s: float, c: float, g: float, p: float, above: float, below: float, down: bool
 ) -> tuple[float, float, float]:
-    """Range [m] to the end of a ray's arc in one layer, depth [m] and signed sine [1]; infinite if horizontal."""
+    """Range [m] to the end of a ray's arc in one layer, depth [m] and sine (+ down) there; infinite if horizontal."""
+    # z, s, c: depth, sine and speed at the start; g: gradient; p: slowness; above, below: depths of the layer's ends
     border = below if down else above
-    versine = 1 - p * (c + g * (border - z))
+    versine = 1 - p * (c + g * (border - z))  # 1 - cos, negative beyond a turning point
     if versine >= 0:
         s_end = math.sqrt(versine * (2 - versine))
         sine_sum = abs(s) + s_end
@@ -176,7 +177,7 @@ def _arc_end(
 
 @njit(inline="always")
 def _depth_change(x: float, s: float, c: float, g: float, p: float) -> float:
-    """Change of depth of a ray after a range x within one layer [m]."""
+    """Change of depth of a ray over a range x within one layer [m]; arguments as of `_arc_end`."""
     q = x * (2 * s - g * p * x) / p
     return q / (c + math.sqrt(max(c * c + g * q, 0.0)))
 
@@ -189,5 +190,5 @@ def _layer(knots: Floats, depth: float, sine: float, speeds: Floats) -> int:
         layer += 1
     if layer == 0 or depth > knots[layer] or sine > 0:
         return layer
-    bends_up = speeds[layer + 1] >= speeds[layer] and speeds[layer] > speeds[layer - 1]
-    return layer - 1 if sine < 0 or bends_up else layer
+    is_refracted_up = speeds[layer + 1] >= speeds[layer] and speeds[layer] > speeds[layer - 1]
+    return layer - 1 if sine < 0 or is_refracted_up else layer

@@ -35,7 +35,7 @@ class HorizontalGeometry(NamedTuple):
     source: Floats
     """North, east, depth of the sonar [m], (3,)."""
     points: Floats
-    """Scatterers [m], (n, 3)."""
+    """North, east, depth of the scatterers [m], (n, 3)."""
     distance: Floats
     """Horizontal distance of the points [m], (n,)."""
     depth: Floats
@@ -43,7 +43,7 @@ class HorizontalGeometry(NamedTuple):
     north: Floats
     """North component of the horizontal unit vector to the points [1], (n,)."""
     east: Floats
-    """East component [1], (n,)."""
+    """East component of that vector [1], (n,)."""
     speed: Floats
     """Sound speed at the points [m/s], (n,)."""
 
@@ -56,17 +56,17 @@ class RefractedLegs(NamedTuple):
     length: Floats
     """Path length [m], (rows, n)."""
     spreading: Floats
-    """Spreading re 1 m [1], (rows, n)."""
+    """Pressure re that at 1 m by ray-tube spreading [1], (rows, n)."""
     caustics: Integers
-    """Caustics touched, (rows, n)."""
+    """Number of caustics touched, (rows, n)."""
     slowness: Floats
     """Horizontal slowness [s/m], (rows, n)."""
     departure: Floats
-    """Direction of travel at the sonar, (rows, n, 3)."""
+    """Unit vector of travel at the sonar, (rows, n, 3)."""
     arrival: Floats
-    """Direction of travel at the point, (rows, n, 3)."""
+    """Unit vector of travel at the point, (rows, n, 3)."""
     grazing_sine: Floats
-    """Sine of the angle between the ray and the point's interface [1], (rows, n)."""
+    """Sine of the grazing angle at the point's interface, negative from behind; 0 for no leg [1], (rows, n)."""
     status: Integers
     """`LegStatus`, (rows, n)."""
     occluder: Integers
@@ -75,21 +75,21 @@ class RefractedLegs(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def set_horizontal_geometry(water: SoundSpeedLayers, legs: HorizontalGeometry) -> None:
-    """Fill distance, depth, bearing and sound speed of the points of some legs."""
+    """Write distance, depth, bearing and sound speed of the points of legs from the other two fields."""
     knots, speeds, (position, points, distance, depths, north, east, speed) = water.depth, water.speed, legs
     layer = 0
     for n in range(points.shape[0]):
         dx, dy = points[n, 0] - position[0], points[n, 1] - position[1]
-        away = math.sqrt(dx * dx + dy * dy)
+        horizontal = math.sqrt(dx * dx + dy * dy)
         depth = min(max(points[n, 2], 0.0), knots[-1])
         while layer > 0 and depth < knots[layer]:
             layer -= 1
         while layer < knots.size - 2 and depth > knots[layer + 1]:
             layer += 1
-        part = (depth - knots[layer]) / (knots[layer + 1] - knots[layer])
-        distance[n], depths[n] = away, depth
-        north[n], east[n] = (dx / away, dy / away) if away > 1e-12 else (1.0, 0.0)
-        speed[n] = speeds[layer] + part * (speeds[layer + 1] - speeds[layer])
+        fraction = (depth - knots[layer]) / (knots[layer + 1] - knots[layer])
+        distance[n], depths[n] = horizontal, depth
+        north[n], east[n] = (dx / horizontal, dy / horizontal) if horizontal > 1e-12 else (1.0, 0.0)
+        speed[n] = speeds[layer] + fraction * (speeds[layer + 1] - speeds[layer])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -97,20 +97,20 @@ def refracted_leg_row(
     geometry: HorizontalGeometry, normals: Floats, source_speed: float, followed: Integers, solutions: RaySolutions,
     branch: int, legs: RefractedLegs, row: int,
 ) -> bool:  # fmt: skip
-    """Fill the legs of one branch of one family.
+    """Write the legs of one branch of one family.
 
     Args:
         geometry: The legs seen from above.
         normals: Unit normals of the points, (n, 3).
         source_speed: Sound speed at the sonar [m/s].
-        followed: Rows of the m points to which the family is followed, increasing; others get no leg.
-        solutions: The family's rays to these m points.
-        branch: Index of the ray to each point.
+        followed: Rows of the m points to which the family is evaluated, increasing; others get no leg.
+        solutions: Rays of the family to these m points.
+        branch: Index of the ray among those of each point.
         legs: Result.
         row: Row of the result.
 
     Returns:
-        True if any of the rays ends near a fold.
+        True if any of the rays lies on a segment that ends at a fold.
     """
     rays, count, missing = solutions
     has_folds, m = False, 0
@@ -125,32 +125,32 @@ def refracted_leg_row(
         if m < followed.size and followed[m] == n:
             k, m = m, m + 1
         if k < 0 or branch >= count[k]:
-            # No leg: numbers of a straight line, which keep later arithmetic finite.
+            # No leg: values of a straight line, which keep later arithmetic finite.
             dz = depth[n] - source_depth
-            away = max(math.sqrt(distance[n] ** 2 + dz * dz), 1e-6)
-            horizontal_part, down = distance[n] / away, dz / away
-            delay[n], length[n], slowness[n] = away / source_speed, away, horizontal_part / source_speed
+            straight_length = max(math.sqrt(distance[n] ** 2 + dz * dz), 1e-6)
+            cosine, down = distance[n] / straight_length, dz / straight_length
+            delay[n], length[n], slowness[n] = straight_length / source_speed, straight_length, cosine / source_speed
             spreading[n], caustics[n] = 0.0, 0
-            launch, landing, arrival_down = horizontal_part, horizontal_part, down
+            launch_cosine, arrival_cosine, arrival_down = cosine, cosine, down
             status[n] = missing[k] if k >= 0 and count[k] == 0 else SHADOW
         else:
             p = rays[k, branch, SLOWNESS]
             delay[n], length[n], slowness[n] = rays[k, branch, DELAY], rays[k, branch, LENGTH], p
             spreading[n], caustics[n] = rays[k, branch, AMPLITUDE], int(rays[k, branch, CAUSTICS])
-            launch, landing = p * source_speed, p * speed[n]
+            launch_cosine, arrival_cosine = p * source_speed, p * speed[n]
             down, arrival_down = rays[k, branch, SIN_LAUNCH], rays[k, branch, SIN_ARRIVAL]
             has_folds |= rays[k, branch, FOLD_SIDE] != 0
             status[n] = CLEAR
-        departure[n, 0], departure[n, 1], departure[n, 2] = launch * north, launch * east, down
-        arrival[n, 0], arrival[n, 1], arrival[n, 2] = landing * north, landing * east, arrival_down
+        departure[n, 0], departure[n, 1], departure[n, 2] = launch_cosine * north, launch_cosine * east, down
+        arrival[n, 0], arrival[n, 1], arrival[n, 2] = arrival_cosine * north, arrival_cosine * east, arrival_down
         if status[n] != CLEAR:
             grazing_sine[n] = 0.0
             continue
-        sine = -(landing * (north * normals[n, 0] + east * normals[n, 1]) + arrival_down * normals[n, 2])
+        sine = -(arrival_cosine * (north * normals[n, 0] + east * normals[n, 1]) + arrival_down * normals[n, 2])
         grazing_sine[n] = min(1.0, max(-1.0, sine))
         # A point without a normal scatters in all directions.
-        free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
-        if not (sine > 0 or free):
+        has_no_normal = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
+        if not (sine > 0 or has_no_normal):
             status[n] = FACING_AWAY
     return has_folds
 
@@ -195,15 +195,15 @@ def bodies_passed_over(
 
     Args:
         position: North, east, depth of the sonar [m], (3,).
-        leg_ends: Ends of the legs [m], (n, 3).
-        bounds: Least and greatest coordinates of the bodies [m], (b, 6).
+        leg_ends: North, east, depth of the ends of the legs [m], (n, 3).
+        bounds: Least north, east, depth and greatest ones of the bodies [m], (b, 6).
         status: `LegStatus` of the legs, (n,).
 
     Returns:
         Rows of legs and of bodies, and the fractions of the leg at which it enters and leaves the body, all (m,).
     """
-    count, most = 0, 256
-    legs, bodies, spans = np.empty(most, np.int64), np.empty(most, np.int64), np.empty((most, 2))
+    count, capacity = 0, 256
+    legs, bodies, spans = np.empty(capacity, np.int64), np.empty(capacity, np.int64), np.empty((capacity, 2))
     for n in range(leg_ends.shape[0]):
         if status[n] != CLEAR:
             continue
@@ -212,9 +212,9 @@ def bodies_passed_over(
         for b in range(bounds.shape[0]):
             # the circle around a body first: most legs miss it
             u, v = (bounds[b, 0] + bounds[b, 3]) / 2 - position[0], (bounds[b, 1] + bounds[b, 4]) / 2 - position[1]
-            reach = (bounds[b, 3] - bounds[b, 0]) ** 2 + (bounds[b, 4] - bounds[b, 1]) ** 2
-            aside = x * v - y * u
-            if 4 * aside * aside > reach * square:
+            squared_diameter = (bounds[b, 3] - bounds[b, 0]) ** 2 + (bounds[b, 4] - bounds[b, 1]) ** 2
+            offset = x * v - y * u
+            if 4 * offset * offset > squared_diameter * square:
                 continue
             first, last = 0.0, 1.0
             for axis in range(2):
@@ -228,8 +228,8 @@ def bodies_passed_over(
                     last = min(last, max(low / step, high / step))
             if first > last:
                 continue
-            if count == most:
-                most *= 2
+            if count == capacity:
+                capacity *= 2
                 legs, bodies, spans = np.append(legs, legs), np.append(bodies, bodies), np.append(spans, spans, axis=0)
             legs[count], bodies[count], spans[count, 0], spans[count, 1] = n, b, first, last
             count += 1

@@ -1,4 +1,4 @@
-"""Kernels of diffraction around a solid: its silhouette as adjacent columns, each with a top and a base."""
+"""Kernels of diffraction around a solid: its silhouette as columns between bearings, each with a top and a base."""
 
 import math
 from typing import Any, NamedTuple
@@ -22,26 +22,27 @@ Singles = NDArray[np.float32]
 Integers = NDArray[Any]
 
 NARROWING = 0.7
-"""Factor of the Fresnel number in the variable of `edge_fields`: degree 12 is then within 3e-6 [1]."""
+"""Factor of the Fresnel number in t = 1 / (1 + factor nu) of `edge_fields`: degree 12 is then within 3e-6 [1]."""
 LANES = 8
-"""Single-precision numbers in a vector register; loops over fewer are evaluated one by one [1]."""
+"""Single-precision numbers in a vector register: arrays of edges are padded to a multiple of it [1]."""
 _SINE = tuple(np.float32(c) for c in (1.5707963, -0.64596410, 0.079692626, -4.6817541e-3, 1.6044118e-4, -3.5988432e-6))
 _COSINE = tuple(
     np.float32(c) for c in (-1.2337006, 0.25366951, -0.020863481, 9.1926027e-4, -2.5202042e-5, 4.7108748e-7)
 )
+"""Taylor coefficients of sine (x, x^3, ...) and cosine (x^2, x^4, ...) of x quarters of a cycle."""
 
 
 class Silhouette(NamedTuple):
-    """Silhouette of a solid, c columns."""
+    """Silhouette of a solid, c columns; distances are horizontal, from the sonar."""
 
     centre_bearing: float
     """Bearing of its middle from the sonar [rad]."""
     border_bearings: Floats
-    """Bearings of the columns' borders re that, increasing [rad], shape (c + 1,)."""
+    """Bearings of the columns' borders re that of the middle, increasing [rad], shape (c + 1,)."""
     border_ranges: Floats
-    """Horizontal distance of each border [m], shape (c + 1,)."""
+    """Distance of each border [m], shape (c + 1,)."""
     columns: Floats
-    """Distance and depth of each top, of each base, nearest and farthest distance [m], shape (c, 6)."""
+    """Distance and depth of each top, of each base; nearest and farthest distance of the solid [m], shape (c, 6)."""
 
 
 class SolidScreen(NamedTuple):
@@ -50,7 +51,7 @@ class SolidScreen(NamedTuple):
     silhouette: Silhouette
     """Its silhouette."""
     bed_depth: float
-    """Depth from which on a base counts as standing on the seabed [m]."""
+    """Least depth at which a base counts as standing on the seabed [m]."""
     row: int
     """Row of the solid among the occluders."""
     infinitely_wide: bool
@@ -66,9 +67,9 @@ class Outline(NamedTuple):
     """
 
     borders: Floats
-    """Borders of the columns along and across the bearing of its middle [m], shape (2, m)."""
+    """Borders of the columns re the sonar, along the bearing of its middle and to the right [m], shape (2, m)."""
     bearings: Floats
-    """Bearings of the borders re that [rad], shape (c + 1,)."""
+    """Bearings of the borders re that of the middle [rad], shape (c + 1,)."""
     columns: Floats
     """Its columns as in `Silhouette`, shape (c, 6)."""
     tops: Floats
@@ -82,25 +83,25 @@ class Outline(NamedTuple):
 class EdgeScratch(NamedTuple):
     """Fresnel numbers of the edges of an `Outline`, and the fields past them, to overwrite for each leg."""
 
-    numbers: Singles
-    """Fresnel numbers of m sides, m tops and q bases [1], shape (2 m + q,)."""
+    nu: Singles
+    """Fresnel numbers nu of m sides, m tops and q bases [1], shape (2 m + q,)."""
     real: Singles
-    """Real parts of the fields [1], shape (2 m + q,)."""
+    """Real parts of the pressures past these edges re that without them [1], shape (2 m + q,)."""
     imag: Singles
-    """Imaginary parts [1], shape (2 m + q,)."""
+    """Imaginary parts of these pressures [1], shape (2 m + q,)."""
 
 
 class RayEnd(NamedTuple):
-    """End of a straight ray."""
+    """End of a leg at its scatterer, and the straight ray that arrives there."""
 
     depth: float
-    """Its depth [m]."""
+    """Depth of the end [m]."""
     slope: float
-    """Depth gained per horizontal metre [1]."""
+    """Depth gained per horizontal metre of travel [1]."""
     horizontal_component: float
-    """Horizontal part of the direction [1]."""
+    """Horizontal part of the unit vector of travel [1]."""
     length: float
-    """Length of the leg [m]."""
+    """Length of the whole leg [m]."""
 
 
 class PlanView(NamedTuple):
@@ -124,8 +125,8 @@ def silhouette_columns(corners: Floats, bearing: Floats, depth: float, borders: 
         corners: Along and across the line from the sonar to the middle of the solid, and depth [m], (t, 3, 3).
         bearing: Bearing of the corners re that line [rad], (t, 3).
         depth: Depth of the sonar or of its image [m].
-        borders: Bearings between the columns, evenly spaced [rad], (c + 1,).
-        columns: Result: as for `diffract_around_solid`, depths re the sonar.
+        borders: Bearings between the columns re that line, evenly spaced [rad], (c + 1,).
+        columns: Result: as `Silhouette.columns`, but depths re that of the sonar or image [m], (c, 6).
     """
     count = columns.shape[0]
     per_width = count / (borders[count] - borders[0])
@@ -150,9 +151,9 @@ def silhouette_columns(corners: Floats, bearing: Floats, depth: float, borders: 
                     continue
                 c, s = cosine[k], sine[k]
                 from_a, from_b = c * a[1] - s * a[0], c * b[1] - s * b[0]
-                part = from_a / (from_a - from_b)
-                x, y = a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])
-                z = (a[2] - depth) + part * ((b[2] - depth) - (a[2] - depth))
+                fraction = from_a / (from_a - from_b)
+                x, y = a[0] + fraction * (b[0] - a[0]), a[1] + fraction * (b[1] - a[1])
+                z = (a[2] - depth) + fraction * ((b[2] - depth) - (a[2] - depth))
                 distance = math.hypot(x, y)
                 if z / distance < top[k]:
                     top[k], columns[k, 0], columns[k, 1] = z / distance, distance, z
@@ -170,9 +171,9 @@ def diffract_around_solid(
 
     Args:
         rows: Indices of the legs to process, (r,).
-        legs: The legs; their visibility is the result, and a leg that this solid cuts counts as clear of all others.
+        legs: The legs; their visibility is the result: a leg that this solid cuts gets the factor of this solid alone.
         f: Row of the family.
-        water_depth: Depth of the bottom [m].
+        water_depth: Depth of the plane that reflects at the bottom [m].
         wavelength: Wavelength of the sound [m].
         screen: The solid.
         polynomials: Polynomials of `edge_fields`, (2, 13).
@@ -200,14 +201,14 @@ def diffract_around_solid(
         segment_length = reach
         if legs.has_bounce[f] and slope != 0:
             segment_length = min(reach, (points[n, 2] - (0.0 if slope > 0 else water_depth)) / slope)
-        if reach - farthest >= max(segment_length, 0.0):  # the leg passes all columns before its last bounce
+        if reach - farthest >= max(segment_length, 0.0):  # the leg passes all columns before its last reflection
             continue
         low, high = ENDLESS, -ENDLESS
         for k in (0, borders.size - 1):
             behind = reach - (border_x[k] * cosine + border_y[k] * sine)
-            off = border_y[k] * cosine - border_x[k] * sine
-            number = edge_fresnel_number(off, behind / horizontal, length[n], wavelength)
-            low, high = min(low, number), max(high, number)
+            edge_offset = border_y[k] * cosine - border_x[k] * sine
+            nu = edge_fresnel_number(edge_offset, behind / horizontal, length[n], wavelength)
+            low, high = min(low, nu), max(high, nu)
         if low > max_fresnel_number or high < -max_fresnel_number:
             continue
         end = RayEnd(points[n, 2], slope, horizontal, length[n])
@@ -216,18 +217,18 @@ def diffract_around_solid(
             or passes_above(end, reach, wavelength, columns, max_fresnel_number)
         ):
             continue
-        blocked, is_visible = blocked_part(
+        blocked, is_crossed = blocked_part(
             end, PlanView(reach, segment_length, cosine, sine), wavelength, screen, outline, polynomials, scratch
         )
         if is_cut_here:
-            visibility[n] = 1 - blocked if is_visible else 0j
+            visibility[n] = 1 - blocked if is_crossed else 0j
         else:
             visibility[n] *= 1 - blocked
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def outline_of(silhouette: Silhouette, bed_depth: float) -> Outline:
-    """Silhouette as `blocked_part` reads it; a base counts as standing on the seabed from a depth on [m]."""
+    """Silhouette as `blocked_part` reads it; bases from a depth on [m] count as standing on the seabed."""
     _, bearings, border_ranges, columns = silhouette
     count = columns.shape[0]
     base_row, rows, filled = np.full(count, -1, np.int64), np.zeros(count + LANES, np.int64), 0
@@ -252,7 +253,7 @@ def blocked_part(
     end: RayEnd, view: PlanView, wavelength: float, screen: SolidScreen, outline: Outline, polynomials: Singles,
     scratch: EdgeScratch,
 ) -> tuple[complex, bool]:  # fmt: skip
-    """Part of a ray's pressure that a silhouette takes away, and True where its last segment crosses a column.
+    """Pressure that a silhouette takes away, re that without it [1]; True if the ray's last segment passes a column.
 
     Args:
         end: End of the ray.
@@ -263,54 +264,55 @@ def blocked_part(
         polynomials: Polynomials of `edge_fields`.
         scratch: Arrays to overwrite.
     """
+    # sum over the columns of (field past left less right side) times (field past base less top), see `silhouette`
     reach, segment_length, cosine, sine = view
-    columns, bearings, turn = outline.columns, outline.bearings, math.atan2(sine, cosine)
-    (numbers, real, imag), first_top = scratch, outline.tops.shape[1]
+    columns, bearings, bearing = outline.columns, outline.bearings, math.atan2(sine, cosine)
+    (nu, real, imag), first_top = scratch, outline.tops.shape[1]
     first_base = 2 * first_top
-    side_fresnel_numbers(end, view, wavelength, outline.borders, numbers[:first_top])
-    screen_fresnel_numbers(end, reach, wavelength, outline.tops, numbers[first_top:first_base])
-    screen_fresnel_numbers(end, reach, wavelength, outline.bases, numbers[first_base:])
-    edge_fields(numbers, polynomials, real, imag)
-    blocked, is_visible = 0j, False
+    side_fresnel_numbers(end, view, wavelength, outline.borders, nu[:first_top])
+    screen_fresnel_numbers(end, reach, wavelength, outline.tops, nu[first_top:first_base])
+    screen_fresnel_numbers(end, reach, wavelength, outline.bases, nu[first_base:])
+    edge_fields(nu, polynomials, real, imag)
+    blocked, is_crossed = 0j, False
     for k in range(columns.shape[0]):
-        crosses = bearings[k] <= turn <= bearings[k + 1]
-        is_inside = crosses and columns[k, 4] < reach < columns[k, 5]
+        is_in_bearing = bearings[k] <= bearing <= bearings[k + 1]
+        is_inside = is_in_bearing and columns[k, 4] < reach < columns[k, 5]
         behind = reach - (outline.borders[0, k + 1] * cosine + outline.borders[1, k + 1] * sine)
         if is_inside or behind >= segment_length:
-            is_visible = is_visible and not is_inside
+            is_crossed = is_crossed and not is_inside
         elif reach > columns[k, 0]:
-            if numbers[first_top + k] > -FAR:
+            if nu[first_top + k] > -FAR:
                 across = complex(real[k] - real[k + 1], imag[k] - imag[k + 1])
                 if screen.infinitely_wide:
-                    across = 1 + 0j if bearings[k] <= turn < bearings[k + 1] else 0j
+                    across = 1 + 0j if bearings[k] <= bearing < bearings[k + 1] else 0j
                 base = first_base + outline.base_row[k]
                 passes_below = outline.base_row[k] >= 0 and reach > columns[k, 2]
                 below = complex(real[base], imag[base]) if passes_below else 1 + 0j
                 blocked += across * (below - complex(real[first_top + k], imag[first_top + k]))
-            is_visible = is_visible or crosses
-    return blocked, is_visible
+            is_crossed = is_crossed or is_in_bearing
+    return blocked, is_crossed
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def side_fresnel_numbers(end: RayEnd, view: PlanView, wavelength: float, borders: Floats, numbers: Singles) -> None:
-    """Write Fresnel numbers of upright sides at the borders of an `Outline`; `ENDLESS` beyond the end of the ray."""
+def side_fresnel_numbers(end: RayEnd, view: PlanView, wavelength: float, borders: Floats, nu: Singles) -> None:
+    """Write Fresnel numbers of `Outline.borders`, positive to the right of the ray; +-`ENDLESS` beyond its end."""
     reach, _, cosine, sine = view
     for k in range(borders.shape[1]):
         behind = reach - (borders[0, k] * cosine + borders[1, k] * sine)
         edge_offset = np.float32(borders[1, k] * cosine - borders[0, k] * sine)
         size = fresnel_number_size(edge_offset, np.float32(behind / end.horizontal_component), end.length, wavelength)
         size = size if behind > 0 else np.float32(ENDLESS)
-        numbers[k] = size if edge_offset >= 0 else -size
+        nu[k] = size if edge_offset >= 0 else -size
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def screen_fresnel_numbers(end: RayEnd, reach: float, wavelength: float, edges: Floats, numbers: Singles) -> None:
+def screen_fresnel_numbers(end: RayEnd, reach: float, wavelength: float, edges: Floats, nu: Singles) -> None:
     """Write the `screen_fresnel_number` of edges at horizontal distances from the sonar and depths [m], (2, n)."""
     for k in range(edges.shape[1]):
         behind = reach - edges[0, k]
         edge_offset = np.float32((end.depth - behind * end.slope - edges[1, k]) * end.horizontal_component)
         size = fresnel_number_size(edge_offset, np.float32(behind / end.horizontal_component), end.length, wavelength)
-        numbers[k] = size if edge_offset >= 0 else -size
+        nu[k] = size if edge_offset >= 0 else -size
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -325,42 +327,42 @@ def fresnel_number_size(edge_offset: Any, distance_behind: Any, length: float, w
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def edge_fields(numbers: Singles, polynomials: Singles, real: Singles, imag: Singles) -> None:
-    """Fields past half planes, as `knife_edge_kernel.edge_diffraction` to 3e-6, in a loop that compilers vectorise.
+def edge_fields(nu: Singles, polynomials: Singles, real: Singles, imag: Singles) -> None:
+    """Pressures past half planes, as `knife_edge_kernel.edge_diffraction` to 3e-6, in a loop that compilers vectorise.
 
     Sine and cosine are Taylor's series of the angle from the nearest multiple of half a cycle.
 
     Args:
-        numbers: Fresnel numbers, (n,).
+        nu: Fresnel numbers [1], (n,).
         polynomials: Coefficients of real and imaginary part, see `knife_edge.edge_polynomials`, (2, 13).
-        real: Result: real parts [1], (n or more,).
+        real: Result: real parts re the pressure without the half plane [1], (n or more,).
         imag: Result: imaginary parts [1], (n or more,).
     """
     p, q = polynomials
     one, two, half = np.float32(1), np.float32(2), np.float32(0.5)
     s0, s1, s2, s3, s4, s5 = _SINE
     c0, c1, c2, c3, c4, c5 = _COSINE
-    for k in range(numbers.size):
-        size = abs(numbers[k])
+    for k in range(nu.size):
+        size = abs(nu[k])
         t = one / (one + np.float32(NARROWING) * size)
         x = two * t - one
         a, b = t * polynomial(p, x), t * polynomial(q, x)
-        half_turns = half * size * size
+        half_turns = half * size * size  # phase pi nu^2 / 2, in half cycles
         whole = np.floor(half_turns + half)
-        angle = two * (half_turns - whole)
+        angle = two * (half_turns - whole)  # quarters of a cycle
         y = angle * angle
         sine = angle * (s0 + y * (s1 + y * (s2 + y * (s3 + y * (s4 + y * s5)))))
         cosine = one + y * (c0 + y * (c1 + y * (c2 + y * (c3 + y * (c4 + y * c5)))))
         sign = one - two * two * (half * whole - np.floor(half * whole))  # -1 after an odd number of half turns
         a, b = sign * a, sign * b
         field_real, field_imag = a * cosine + b * sine, b * cosine - a * sine
-        real[k] = field_real if numbers[k] >= 0 else one - field_real
-        imag[k] = field_imag if numbers[k] >= 0 else -field_imag
+        real[k] = field_real if nu[k] >= 0 else one - field_real
+        imag[k] = field_imag if nu[k] >= 0 else -field_imag
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def polynomial(p: Singles, x: float) -> float:
-    """Polynomial of degree 12 with coefficients from the constant on."""
+    """Value at x of the polynomial of degree 12 with coefficients p, the constant first, (13,)."""
     high = p[7] + x * (p[8] + x * (p[9] + x * (p[10] + x * (p[11] + x * p[12]))))
     return p[0] + x * (p[1] + x * (p[2] + x * (p[3] + x * (p[4] + x * (p[5] + x * (p[6] + x * high))))))
 
@@ -371,38 +373,39 @@ def passes_above_all(
 ) -> bool:
     """Return True only if `passes_above` is true for any columns between two distances, none higher than a top.
 
-    Each of the two parts of `excess_path_length` decreases with its distance.
+    Each of the two terms of `excess_path_length` decreases with its distance: the largest of each give a bound.
 
     Args:
         end: End of the ray.
         min_behind: Horizontal distance from the farthest column to the end of the ray [m].
-        max_behind: Horizontal distance from the nearest column [m].
+        max_behind: Horizontal distance from the nearest column to the end of the ray [m].
         top: Depth of the highest column [m].
         wavelength: Wavelength of the sound [m].
-        max_fresnel_number: Fresnel number beyond which a solid below a ray is neglected.
+        max_fresnel_number: Fresnel number beyond which a solid below a ray is neglected [1].
     """
     depth, slope, horizontal_component, length = end
-    clear = (top - depth + min(min_behind * slope, max_behind * slope)) * horizontal_component
-    if min_behind <= 0 or clear <= 0:
+    clearance = (top - depth + min(min_behind * slope, max_behind * slope)) * horizontal_component
+    if min_behind <= 0 or clearance <= 0:
         return False
     behind = max(max_behind / horizontal_component, wavelength)
     before = max(length - min_behind / horizontal_component, wavelength)
-    square = clear * clear
+    square = clearance * clearance
     excess = square / (math.sqrt(square + behind * behind) + behind)
     excess += square / (math.sqrt(square + before * before) + before)
+    # nu^2 = 4 excess / wavelength; 1e-6 more for rounding
     return 4 * excess > 1.000001 * max_fresnel_number * max_fresnel_number * wavelength
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def passes_above(end: RayEnd, distance: float, wavelength: float, columns: Floats, max_fresnel_number: float) -> bool:
-    """Return True if a ray passes so far above a silhouette that its field is unchanged."""
+    """Return True if a ray of a horizontal distance [m] passes so far above columns that its pressure is unchanged."""
     for k in range(columns.shape[0]):
         behind = distance - columns[k, 0]
         if behind <= 0 or columns[k, 4] < distance < columns[k, 5]:
             return False
         top, horizontal = columns[k, 1], end.horizontal_component
-        number = screen_fresnel_number(end.depth, end.slope, horizontal, behind, top, end.length, wavelength)
-        if number > -max_fresnel_number:
+        nu = screen_fresnel_number(end.depth, end.slope, horizontal, behind, top, end.length, wavelength)
+        if nu > -max_fresnel_number:
             return False
     return True
 
@@ -412,7 +415,7 @@ def screen_fresnel_number(
     depth: float, slope: float, horizontal_component: float, distance_behind: float, edge: float, length: float,
     wavelength: float,
 ) -> float:  # fmt: skip
-    """Fresnel number of a horizontal edge at a depth [m], at a distance [m] before the end of a straight ray."""
+    """Fresnel number [1] of a horizontal edge at a depth [m]; horizontal distance from it to the end of the ray [m]."""
     return edge_fresnel_number(
         (depth - distance_behind * slope - edge) * horizontal_component,
         distance_behind / horizontal_component,

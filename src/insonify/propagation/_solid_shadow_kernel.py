@@ -1,4 +1,4 @@
-"""Legs that solids cut, segment by segment."""
+"""Kernels that mark legs that solids cut, segment by segment."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from insonify.records.legs import LegStatus
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
-NONE = np.iinfo(np.int64).max
+NONE = np.iinfo(np.int64).max  # row of a solid that stands for none: above all rows
 _CLEAR, _OCCLUDED = int(LegStatus.CLEAR), int(LegStatus.OCCLUDED)
 
 
@@ -47,10 +47,10 @@ def occlude_legs(
         legs: The legs.
         tree: Triangles of the solids.
         rows: Indices of the points to process, (r,).
-        points: Scatterers [m], (n, 3).
+        points: North, east, depth of the scatterers [m], (n, 3).
         normals: Unit normals, (n, 3); segments end `LEG_END_OFFSET` before a point, on the side that its normal faces.
         status: `LegStatus`, changed for occluded legs, (f, n).
-        occluder: Set to the lowest solid for occluded legs, (f, n).
+        occluder: Set to the lowest row of a solid hit for occluded legs, (f, n).
     """
     likely = -1  # neighbouring legs mostly hit the same triangle
     for n in rows:
@@ -72,7 +72,7 @@ def occlude_legs(
 def _lowest_solid_of_leg(
     legs: FoldedLegs, tree: TriangleTree, f: int, end: Vector, likely: int
 ) -> tuple[int, int]:  # fmt: skip
-    """Lowest solid that a leg of one family hits on any of its segments, or `NONE`, and a triangle, see `lowest_solid`.
+    """Lowest row of a solid that a leg of one family hits, or `NONE`, and a triangle, see `lowest_solid`.
 
     Args:
         legs: The legs.
@@ -82,25 +82,26 @@ def _lowest_solid_of_leg(
         likely: Triangle that is tested first, -1 for none.
     """
     x, y, z = end
+    # begin, stop: ends of a segment, as fractions of the horizontal distance
     source, bounces = legs.source, legs.bounces[f]
-    dx, dy, climb = x - source[0], y - source[1], abs(z - legs.image_depths[f])
-    part, depth, down, solid = 0.0, source[2], not legs.first_up[f], NONE
+    dx, dy, vertical_travel = x - source[0], y - source[1], abs(z - legs.image_depths[f])
+    begin, depth, goes_down, solid = 0.0, source[2], not legs.first_up[f], NONE
     for segment in range(bounces + 1):
         if segment == bounces:
             stop, end_depth = 1.0, z
         else:
-            end_depth = legs.water_depth if down else 0.0
-            stop = part + abs(end_depth - depth) / max(climb, 1e-12)
-        start = source[0] + part * dx, source[1] + part * dy, depth
-        step = (stop - part) * dx, (stop - part) * dy, end_depth - depth
+            end_depth = legs.water_depth if goes_down else 0.0
+            stop = begin + abs(end_depth - depth) / max(vertical_travel, 1e-12)
+        start = source[0] + begin * dx, source[1] + begin * dy, depth
+        step = (stop - begin) * dx, (stop - begin) * dy, end_depth - depth
         solid, likely = lowest_solid(tree, start, step, solid, likely)
-        part, depth, down = stop, end_depth, not down
+        begin, depth, goes_down = stop, end_depth, not goes_down
     return solid, likely
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def solids_along(polylines: Floats, tree: TriangleTree, solids_hit: Integers) -> None:
-    """Lowest solid that each polyline (n, k, 3) [m] hits, -1 for none, into solids_hit (n,)."""
+    """Write the lowest row of a solid that each polyline (n, k, 3) [m] hits, -1 for none, into solids_hit (n,)."""
     for n in range(polylines.shape[0]):
         lowest, likely = NONE, -1
         for k in range(polylines.shape[1] - 1):

@@ -1,7 +1,8 @@
-"""All points of an uneven surface with stationary path length: searched along a track, then refined for each end.
+"""All points of an uneven surface with stationary path length: searched along a track, refined for each scatterer.
 
-Ends that lie close together share their search, which evaluates a hundred points of the surface; from its results
-Newton's method converges to each end's own bounce points in a few steps. Plain numbers and arrays only.
+A leg runs from its start, at the sonar, by the surface to a scatterer; the sound travels either way. Scatterers that
+lie close together share one search along the line (track) to their middle; from its results Newton's method converges
+to the bounce points of each scatterer in a few steps. Plain numbers and arrays only.
 """
 
 import math
@@ -36,35 +37,36 @@ MOST_NODES = 20_000
 STEPS = 16
 """Largest number of Newton steps to a bounce point [1]."""
 CLOSE = 1e-4
-"""Last Newton step at convergence [m]: the path length is then exact to a nanometre."""
+"""Newton step at which the iteration has converged [m]: the path length is then exact to a nanometre."""
 FARTHEST = 3.0
-"""Distance into the shadow beyond a fold, in the scale of Airy's function, up to which there is a bounce [1]."""
+"""Largest `shadow_depth` beyond a fold at which there is still a bounce [1]."""
 COLUMNS = 14
-"""Columns of a bounce point, in this order.
+"""Columns of a bounce point. Derivatives are those of the whole path's length as the point moves over the surface.
 
-North, east, height [m]; distances before and after it, in layered water travel times times the speed at the surface
-[m]; cosine between the path and the surface's normal, times the length of the normal that has 1 upwards; mean of height
-over distance [1]; curvature of the path along the axis where it is weakest, and along the other [1/m]; fourth
-derivatives along both by the waves [1/m^3]; gradient [1]: 0, but for a fold in whose shadow the end lies, which has its
-third derivative [1/m^2] in place of the first fourth one; weak axis, north and east [1].
+0-2: north, east, height [m]. 3, 4: path lengths from the start and from the scatterer [m], in layered water replaced
+by travel times times the speed at the surface, see `bounce_rays`. 5: cosine of the angle of incidence times the length
+of the normal that has 1 upwards [1], and 6: height over path length [1], both means of the two parts. 7, 8: second
+derivatives along the axis where it is smaller in magnitude (weak), and along the other (strong) [1/m]. 9, 10: fourth
+ones by the waves alone, along weak and strong axis [1/m^3]; 11: 0. A fold in whose shadow the scatterer lies has the
+third derivative [1/m^2] in 9, and the first one [1] in 11, both along the weak axis. 12, 13: weak axis, north and east.
 """
 NONE, THERE, LIT = 0, 1, 2
-"""Results of `refine_bounce_point`: nothing; a bounce; a fold on its bright side, with two bounces."""
+"""Results of `refine_bounce_point`: no bounce; a bounce; a fold on its bright side, with two bounces beside it."""
 
 
 class SurfaceLeg(NamedTuple):
-    """One leg by way of the surface; both ends count from the sea's origin."""
+    """One leg by way of the surface; north and east are those from the sea's origin."""
 
     start: Floats
-    """North, east and depth of the sonar's end [m], bottom bounces unfolded, (3,)."""
+    """North, east and depth of the sonar [m], unfolded at the bottom if the leg has a bottom bounce there, (3,)."""
     end: Floats
-    """North, east and unfolded depth of the other end [m], (3,)."""
+    """North, east and depth of the scatterer [m], unfolded in the same way, (3,)."""
     time: float
-    """Start of the leg in the sense of the sound [s]."""
+    """Time at which the sound leaves the sonar on a transmit leg, the scatterer on a receive leg [s]."""
     slowness: float
-    """Slowness of sound [s/m]."""
+    """Mean slowness of sound from there to the surface [s/m]."""
     is_transmit: bool
-    """True if the sound comes from the start."""
+    """True if the sound comes from the start, False if it comes from the scatterer."""
     waves: Floats
     """Waves, as for `surface_derivatives`, (5, m)."""
     water: SurfaceWater
@@ -74,35 +76,35 @@ class SurfaceLeg(NamedTuple):
 class BounceSearch(NamedTuple):
     """Extent and resolution of the search for bounce points."""
 
-    slope: float
+    max_slope: float
     """Greatest slope that the surface may have [1]."""
     step: float
-    """Distance between points of the track, and the longest step of the refinement [m]."""
-    size: float
-    """Largest distance of the ends that share the search [m]."""
+    """Distance between points of the track, an eighth of the shortest wave; longest step of the refinement [m]."""
+    cell_size: float
+    """Side of the cells whose scatterers share a search [m]."""
     wavenumber: float
     """Wavenumber of the sound [rad/m]."""
 
 
 class LegEnds(NamedTuple):
-    """Ends of the legs from one position, in groups that share a search: n ends, g groups."""
+    """Scatterers at which the legs from one start end, in groups that share a search: n scatterers, g groups."""
 
     position: Floats
-    """North, east and unfolded depth of each end [m], (n, 3)."""
+    """North, east and unfolded depth of each scatterer [m], (n, 3)."""
     time: Floats
-    """Start of the leg of each end [s], (n,)."""
+    """`SurfaceLeg.time` of its leg [s], (n,)."""
     first: Integers
-    """First row in `order` of each group, and the end, (g + 1,)."""
+    """Index of each group's first entry of `order`, and n after the last, (g + 1,)."""
     order: Integers
-    """Rows of the ends, group by group, (n,)."""
+    """Rows of the scatterers, group by group, (n,)."""
     group_position: Floats
-    """End of each group's search [m], (g, 3)."""
+    """Position for which each group is searched: the centre of its cell, depth unfolded [m], (g, 3)."""
     group_time: Floats
-    """Start of its leg [s], (g,)."""
+    """`SurfaceLeg.time` of the leg to that position [s], (g,)."""
 
 
 class Cubic(NamedTuple):
-    """Hermite's cubic between two nodes, at 0 and 1: values, and slopes per interval."""
+    """Hermite's cubic from t = 0 to 1: values f0, f1 and derivatives d0, d1 by t at both, in the function's unit."""
 
     f0: float
     d0: float
@@ -111,30 +113,34 @@ class Cubic(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bounce_range_for_slope(slope: float, horizontal_distance: float, before: float, after: float) -> float:
-    """Distance at which a bounce on a flat track requires a given slope of the surface [m].
+def bounce_range_for_slope(slope: float, distance: float, start_depth: float, end_depth: float) -> float:
+    """Horizontal distance from the start to the point of the mean surface that reflects a leg if it has a slope [m].
 
     With g1, g2 the grazing angles towards both ends, tan(g1 - g2) = tan 2e where tan e is the slope: a quadratic.
+
+    slope: positive where the surface rises towards the scatterer [1]; distance: horizontal, from start to scatterer;
+    start_depth, end_depth: those of start and scatterer, unfolded [m].
     """
     tangent = 2 * slope / (1 - slope * slope)
-    linear = before + after + tangent * horizontal_distance
-    root = math.sqrt(max(linear * linear - 4 * tangent * before * (horizontal_distance - tangent * after), 0.0))
-    return 2 * before * (horizontal_distance - tangent * after) / max(linear + root, 1e-12)
+    linear = start_depth + end_depth + tangent * distance
+    root = math.sqrt(max(linear * linear - 4 * tangent * start_depth * (distance - tangent * end_depth), 0.0))
+    return 2 * start_depth * (distance - tangent * end_depth) / max(linear + root, 1e-12)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def surface_and_paths(north: float, east: float, leg: SurfaceLeg) -> SurfaceAndPaths:
-    """The surface at one point when sound arrives there, and the paths to both ends.
+    """Derivatives of the surface at one point when sound arrives there, and of the paths to start and to scatterer.
 
-    The first part of a transmit leg lies before its bounce; of a receive leg, the second.
+    The last result is that time of arrival [s], by the part of the leg that the sound travels first.
     """
     start, end = leg.start, leg.end
+    # a: from the start; b: from the scatterer; d: from the one that the sound leaves
     an, ae, bn, be = north - start[0], east - start[1], north - end[0], east - end[1]
-    dn, de, below = (an, ae, start[2]) if leg.is_transmit else (bn, be, end[2])
-    before = math.sqrt(dn * dn + de * de + below * below)
-    slow = leg.slowness / before
+    dn, de, end_depth = (an, ae, start[2]) if leg.is_transmit else (bn, be, end[2])
+    before = math.sqrt(dn * dn + de * de + end_depth * end_depth)
+    slowness_per_metre = leg.slowness / before
     time = leg.time + leg.slowness * before
-    sea = surface_derivatives(north, east, time, slow * dn, slow * de, leg.waves)
+    sea = surface_derivatives(north, east, time, slowness_per_metre * dn, slowness_per_metre * de, leg.waves)
     water = leg.water
     if water.depth.size:
         path = refracted_derivatives(an, ae, start[2], 0, sea, water)
@@ -146,11 +152,13 @@ def surface_and_paths(north: float, east: float, leg: SurfaceLeg) -> SurfaceAndP
 def _transverse_stationary_point(
     x: float, y: float, track_north: float, track_east: float, leg: SurfaceLeg, step: float
 ) -> tuple[float, float, float, float]:
-    """Point beside one point of the track where the path is stationary across the track.
+    """One Newton step from a point beside the track to where the path length is stationary across the track.
+
+    These stationary points form the ridge. x, y: ahead of the start along the track, and to the right of it [m].
 
     Returns:
-        Distance to the right of the track [m]; its growth per metre ahead; derivative of the length along the
-        ridge, and the second one.
+        Distance of the ridge to the right of the track [m]; its derivative by x [1]; first [1] and second [1/m]
+        derivative of the path length by x, along the ridge.
     """
     north, east = leg.start[0] + x * track_north - y * track_east, leg.start[1] + x * track_east + y * track_north
     _, start_path, end_path, _ = surface_and_paths(north, east, leg)
@@ -160,15 +168,14 @@ def _transverse_stationary_point(
     hxx = hnn * track_north**2 + 2 * hne * track_north * track_east + hee * track_east**2
     hyy = hnn * track_east**2 - 2 * hne * track_north * track_east + hee * track_north**2
     hxy = (hee - hnn) * track_north * track_east + hne * (track_north**2 - track_east**2)
-    stiff = max(
-        hyy, 0.2 * (1 / start_path[0] + 1 / end_path[0])
-    )  # the surface's curvature across the track may not reverse the search
-    aside = min(max(-gy / stiff, -step), step)
-    return y + aside, -hxy / stiff, gx + hxy * aside, hxx - hxy * hxy / stiff
+    # at least a fifth (chosen) of that of a flat surface: the waves may not reverse the step
+    hyy_used = max(hyy, 0.2 * (1 / start_path[0] + 1 / end_path[0]))
+    dy = min(max(-gy / hyy_used, -step), step)
+    return y + dy, -hxy / hyy_used, gx + hxy * dy, hxx - hxy * hxy / hyy_used
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _value(cubic: Cubic, t: float) -> float:
+def _cubic_value(cubic: Cubic, t: float) -> float:
     """Hermite's cubic at t, from 0 to 1."""
     f0, d0, f1, d1 = cubic
     s = 1 - t
@@ -177,11 +184,11 @@ def _value(cubic: Cubic, t: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _bisected(cubic: Cubic, low: float, high: float) -> float:
-    """Zero of the cubic between two positions of opposite signs."""
-    begin = _value(cubic, low)
+    """Zero of the cubic between two positions at which it has opposite signs, to 1/8192 of their distance."""
+    low_value = _cubic_value(cubic, low)
     for _ in range(12):
         middle = (low + high) / 2
-        if (_value(cubic, middle) > 0) == (begin > 0):
+        if (_cubic_value(cubic, middle) > 0) == (low_value > 0):
             low = middle
         else:
             high = middle
@@ -190,15 +197,15 @@ def _bisected(cubic: Cubic, low: float, high: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _monotone_intervals(cubic: Cubic, knots: Floats) -> int:
-    """Positions from 0 to 1 between which Hermite's cubic is monotone; returns the number of intervals."""
+    """Fill knots with the positions from 0 to 1 between which a cubic is monotone, (4,); return number of intervals."""
     f0, d0, f1, d1 = cubic
     c0, c1, c2 = d0, 6 * (f1 - f0) - 4 * d0 - 2 * d1, 6 * (f0 - f1) + 3 * (d0 + d1)  # of the derivative
     knots[0], count = 0.0, 1
-    inner = c1 * c1 - 4 * c0 * c2
-    if inner > 0:
-        big = -(c1 + math.copysign(math.sqrt(inner), c1)) / 2
-        first = big / c2 if c2 != 0 else 2.0
-        second = c0 / big if big != 0 else 2.0
+    discriminant = c1 * c1 - 4 * c0 * c2
+    if discriminant > 0:
+        q = -(c1 + math.copysign(math.sqrt(discriminant), c1)) / 2
+        first = q / c2 if c2 != 0 else 2.0  # 2: outside
+        second = c0 / q if q != 0 else 2.0
         for turn in (min(first, second), max(first, second)):
             if 0 < turn < 1:
                 knots[count] = turn
@@ -211,37 +218,37 @@ def _monotone_intervals(cubic: Cubic, knots: Floats) -> int:
 def _rough_zeros(
     gradient: Cubic, pitch: float, gradient_spread: float, wavenumber: float, seeds: Floats, folds: Floats
 ) -> tuple[int, int]:
-    """Approximate zeros of a gradient between two points of a track, and folds that are nearly zeros.
+    """Approximate zeros of a gradient between two points of a track, and folds: extrema near which it is nearly zero.
 
     Args:
-        gradient: Gradient from the first point to the second.
+        gradient: Derivative of the path length along the ridge [1], from the first point to the second.
         pitch: Spacing of the points [m].
-        gradient_spread: Variation of the gradient among the ends that share the search.
+        gradient_spread: Largest difference of the gradient between scatterers that share the search [1].
         wavenumber: Wavenumber of the sound [rad/m].
-        seeds: Filled with positions of zeros, from 0 to 1, and with both sides of nearby folds.
-        folds: Filled with positions of folds.
+        seeds: Filled with positions of zeros, from 0 to 1, and with both sides of folds within the spread, (12,).
+        folds: Filled with positions of folds, (4,).
 
     Returns:
-        Number of both.
+        Numbers of seeds and of folds.
     """
     knots, zero_count, fold_count = np.empty(4), 0, 0
     count = _monotone_intervals(gradient, knots)
     f0, d0, f1, d1 = gradient
     low = f0
     for k in range(count):
-        high = _value(gradient, knots[k + 1])
+        high = _cubic_value(gradient, knots[k + 1])
         if (low > 0) != (high > 0):
             seeds[zero_count] = _bisected(gradient, knots[k], knots[k + 1])
             zero_count += 1
         low = high
         if k + 1 < count:
             t = knots[k + 1]
-            bend = max(abs((1 - 2 * t) * 6 * (f1 - f0) + (6 * t - 4) * d0 + (6 * t - 2) * d1), 1e-12)
+            second = max(abs((1 - 2 * t) * 6 * (f1 - f0) + (6 * t - 4) * d0 + (6 * t - 2) * d1), 1e-12)
             if abs(high) < gradient_spread:
-                half_width = math.sqrt(2 * abs(high) / bend)
+                half_width = math.sqrt(2 * abs(high) / second)
                 seeds[zero_count], seeds[zero_count + 1] = t - half_width, t + half_width
                 zero_count += 2
-            if abs(high) < gradient_spread + FARTHEST * (bend / pitch**2 / (2 * wavenumber**2)) ** (1 / 3):
+            if abs(high) < gradient_spread + FARTHEST * (second / pitch**2 / (2 * wavenumber**2)) ** (1 / 3):
                 folds[fold_count] = t
                 fold_count += 1
     return zero_count, fold_count
@@ -254,21 +261,21 @@ def search_bounce_points(leg: SurfaceLeg, search: BounceSearch, seeds: Floats, f
     Args:
         leg: The leg.
         search: Extent and resolution.
-        seeds: Filled with north and east of approximate bounce points [m], shape (2, most).
-        folds: Filled with north and east of approximate folds [m], shape (2, most).
+        seeds: Filled with north and east of approximate bounce points [m], shape (2, capacity).
+        folds: Filled with north and east of approximate folds [m], shape (2, capacity).
 
     Returns:
-        Number of both.
+        Numbers of seeds and of folds.
     """
     start, end, step, wavenumber = leg.start, leg.end, search.step, search.wavenumber
     leg.water.last[:] = 0.0
     north, east = end[0] - start[0], end[1] - start[1]
     distance = math.hypot(north, east)
     track_n, track_e = (north / distance, east / distance) if distance > 1e-6 else (1.0, 0.0)
-    # Slightly beyond the largest slope: folds just short of it still contribute.
+    # Somewhat beyond the largest slope, as far as the shadow of a fold with that slope reaches.
     sine = max((start[2] + end[2]) / math.hypot(distance, start[2] + end[2]), 1e-3)
-    sharp = search.slope * (math.pi / 4 / step) ** 2  # of the slope, at most, along the track
-    steep = search.slope + min(FARTHEST * (sine * sharp / wavenumber**2) ** (1 / 3) / (2 * sine), search.slope)
+    third = search.max_slope * (math.pi / 4 / step) ** 2  # of the height at most [1/m^2]: the shortest wave is 8 steps
+    steep = search.max_slope + min(FARTHEST * (sine * third / wavenumber**2) ** (1 / 3) / (2 * sine), search.max_slope)
     if leg.water.depth.size:
         first_range = bounce_range_for_slope_in_layers(steep, distance, start[2], end[2], leg.water)
         second_range = bounce_range_for_slope_in_layers(-steep, distance, start[2], end[2], leg.water)
@@ -278,22 +285,22 @@ def search_bounce_points(leg: SurfaceLeg, search: BounceSearch, seeds: Floats, f
     low, high = min(first_range, second_range) - step, max(first_range, second_range) + step
     nodes = min(max(int((high - low) / step) + 2, 3), MOST_NODES)
     pitch = (high - low) / (nodes - 1)
-    y = lean = f0 = d0 = 0.0
+    y = y_slope = f0 = d0 = 0.0
     zeros, turns, count, fold_count = np.empty(12), np.empty(4), 0, 0
-    for _ in range(6):
-        y, lean, f0, d0 = _transverse_stationary_point(low, y, track_n, track_e, leg, step)
+    for _ in range(6):  # Newton steps at the first point (chosen); one at each later point
+        y, y_slope, f0, d0 = _transverse_stationary_point(low, y, track_n, track_e, leg, step)
     for node in range(1, nodes):
-        x, y0, lean0 = low + node * pitch, y, lean
-        y, lean, f1, d1 = _transverse_stationary_point(x, y + lean * pitch, track_n, track_e, leg, step)
-        # change of the gradient as the end moves by the size of the group
+        x, y0, y_slope0 = low + node * pitch, y, y_slope
+        y, y_slope, f1, d1 = _transverse_stationary_point(x, y + y_slope * pitch, track_n, track_e, leg, step)
+        # change of the gradient as the scatterer moves by the size of the cell, and half as much again (chosen)
         r2 = math.sqrt((distance - x) ** 2 + end[2] ** 2)
-        gradient_spread = 1.5 * search.size * (end[2] / r2) ** 2 / r2
-        gradient, ridge = Cubic(f0, d0 * pitch, f1, d1 * pitch), Cubic(y0, lean0 * pitch, y, lean * pitch)
+        gradient_spread = 1.5 * search.cell_size * (end[2] / r2) ** 2 / r2
+        gradient, ridge = Cubic(f0, d0 * pitch, f1, d1 * pitch), Cubic(y0, y_slope0 * pitch, y, y_slope * pitch)
         zero_count, turn_count = _rough_zeros(gradient, pitch, gradient_spread, wavenumber, zeros, turns)
         for k in range(zero_count + turn_count):
             t = zeros[k] if k < zero_count else turns[k - zero_count]
-            along, aside = x - pitch + t * pitch, _value(ridge, t)
-            point = (start[0] + along * track_n - aside * track_e, start[1] + along * track_e + aside * track_n)
+            along, across = x - pitch + t * pitch, _cubic_value(ridge, t)
+            point = (start[0] + along * track_n - across * track_e, start[1] + along * track_e + across * track_n)
             if k < zero_count and count < seeds.shape[1]:
                 seeds[0, count], seeds[1, count] = point
                 count += 1
@@ -306,22 +313,22 @@ def search_bounce_points(leg: SurfaceLeg, search: BounceSearch, seeds: Floats, f
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def refine_bounce_point(
-    north: float, east: float, leg: SurfaceLeg, search: BounceSearch, fold: bool, point: Floats
+    north: float, east: float, leg: SurfaceLeg, search: BounceSearch, is_fold: bool, point: Floats
 ) -> int:
     """Refine an approximate bounce point, or fold, by Newton's method.
 
-    At a fold the path is stationary along its stiff axis, and its curvature along the weak one is zero.
+    At a fold the path length is stationary along the strong axis, and has no second derivative along the weak one.
 
     Args:
         north: North coordinate of the approximate point [m].
         east: East coordinate of the approximate point [m].
         leg: The leg.
         search: Longest step and wavenumber.
-        fold: True to search for a fold.
+        is_fold: True to search for a fold.
         point: Filled with the columns of the point, see `COLUMNS`.
 
     Returns:
-        NONE, THERE or LIT. A fold exists where the end lies in its shadow, but not deeply.
+        NONE, THERE or LIT. A fold counts as there if the scatterer lies in its shadow, up to `FARTHEST` deep.
     """
     moved, stride = math.inf, search.step
     leg.water.last[:] = 0.0  # the result depends on this search alone
@@ -330,8 +337,8 @@ def refine_bounce_point(
         gn, ge = first[1] + second[1], first[2] + second[2]
         weak, strong, un, ue = principal_curvatures(first[3] + second[3], first[4] + second[4], first[5] + second[5])
         gu, gv, third = un * gn + ue * ge, un * ge - ue * gn, 0.0
-        if fold or moved < CLOSE:
-            sea_third, fourth, aside = surface_derivatives_along(north, east, time, un, ue, leg.waves)
+        if is_fold or moved < CLOSE:
+            sea_third, fourth_along, fourth_across = surface_derivatives_along(north, east, time, un, ue, leg.waves)
             third = path_third_derivative(un, ue, first, sea, sea_third) + path_third_derivative(
                 un, ue, second, sea, sea_third
             )
@@ -339,19 +346,19 @@ def refine_bounce_point(
             point[0], point[1], point[2], point[3], point[4] = north, east, sea[0], first[0], second[0]
             point[5], point[6] = (first[7] + second[7]) / 2, (first[6] + second[6]) / 2
             point[7], point[8] = weak, strong
-            point[9], point[10] = (first[6] + second[6]) * fourth, (first[6] + second[6]) * aside
+            point[9], point[10] = (first[6] + second[6]) * fourth_along, (first[6] + second[6]) * fourth_across
             point[11] = 0.0
-            if fold:
+            if is_fold:
                 point[9], point[11] = third, gu
             point[12], point[13] = un, ue
             if min(first[7], second[7]) <= 0:
                 return NONE  # from behind the wave
-            if not fold:
+            if not is_fold:
                 return THERE
             if gu * third <= 0:
                 return LIT
             return THERE if shadow_depth(gu, third, search.wavenumber) < FARTHEST else NONE
-        shift = weak / third if fold and third != 0 else gu / weak if weak != 0 else math.inf
+        shift = weak / third if is_fold and third != 0 else gu / weak if weak != 0 else math.inf
         du, dv = -min(max(shift, -stride), stride), -min(max(gv / strong, -stride), stride)
         moved = math.hypot(du, dv)
         north, east = north + un * du - ue * dv, east + ue * du + un * dv
@@ -360,13 +367,15 @@ def refine_bounce_point(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def shadow_depth(gradient: float, third: float, wavenumber: float) -> float:
-    """Distance of an end beyond a fold, in the scale of Airy's function [1]."""
+    """Argument of Airy's function in the shadow of a fold, at first and third derivatives of the path length [1]."""
     return abs(gradient) * (2 * wavenumber**2 / max(abs(third), 1e-30)) ** (1 / 3)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _insert_bounce(point: Floats, stationary_points: Floats, count: int, min_separation: float) -> int:
-    """Insert a bounce point among those of one path, in the order of the distance before it; the weakest is dropped.
+    """Insert a bounce point among those of one leg, in the order of the path length before it, unless it is there.
+
+    If the array is full, the weakest is dropped. min_separation: horizontal distance below which two are the same [m].
 
     Returns:
         New number of bounce points.
@@ -394,7 +403,7 @@ def _insert_bounce(point: Floats, stationary_points: Floats, count: int, min_sep
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _bounce_strength(point: Floats) -> float:
-    """Square of the spreading with focusing, up to a factor, to rank bounce points by [1]."""
+    """Intensity of a bounce re a factor common to all of a leg, to rank them; roughly for a fold, by |third|^(2/3)."""
     weak = abs(point[7]) if point[11] == 0 else abs(point[9]) ** (2 / 3)
     return (point[5] / (point[3] * point[4])) ** 2 / max(weak * abs(point[8]), 1e-30)
 
@@ -404,56 +413,56 @@ def bounce_points(
     start: Floats, ends: LegEnds, is_transmit: bool, waves: Floats, water: SurfaceWater, search: BounceSearch,
     count: Integers, stationary_points: Floats,
 ) -> None:  # fmt: skip
-    """All bounce points of the paths from one position to many ends, and the folds in whose shadow they lie.
+    """All bounce points of the legs from one start to many scatterers, and the folds in whose shadow these lie.
 
     Args:
-        start: North, east and unfolded depth of the position [m], shape (3,).
-        ends: The n ends.
-        is_transmit: True if sound comes from the start.
-        waves: Waves, as for `surface_derivatives`.
+        start: North, east and unfolded depth of the start [m], shape (3,).
+        ends: The n scatterers.
+        is_transmit: True if the sound comes from the start.
+        waves: Waves, as for `surface_derivatives`, shape (5, m).
         water: The water; without knots, of one sound speed.
         search: Extent and resolution.
-        count: Filled with the number of bounce points of each end, shape (n,).
-        stationary_points: Filled with their columns, nearest to the start first, shape (n, most, COLUMNS).
+        count: Filled with the number of bounce points of each leg, shape (n,).
+        stationary_points: Filled with their columns, nearest to the start first, shape (n, capacity, COLUMNS).
     """
     seeds, folds = np.empty((2, 4 * stationary_points.shape[1])), np.empty((2, 4 * stationary_points.shape[1]))
     point, slowness = np.empty(COLUMNS), water.slowness
     for group in range(ends.first.size - 1):
         middle = ends.group_position[group]
-        if water.depth.size:  # the same for all ends of the group, whose depths hardly differ
+        if water.depth.size:  # the same for all of the group, whose depths hardly differ
             slowness = mean_slowness(start[2], water.bottom_before, water) if is_transmit else (
                 mean_slowness(middle[2], water.bottom_after, water)
             )  # fmt: skip
         shared = SurfaceLeg(start, middle, ends.group_time[group], slowness, is_transmit, waves, water)
-        zeros, fold_count = search_bounce_points(shared, search, seeds, folds)
+        seed_count, fold_count = search_bounce_points(shared, search, seeds, folds)
         for k in range(ends.first[group], ends.first[group + 1]):
             n = ends.order[k]
             leg = SurfaceLeg(start, ends.position[n], ends.time[n], slowness, is_transmit, waves, water)
             count[n] = 0
-            for seed in range(zeros + fold_count):
-                seed_point = seeds[:, seed] if seed < zeros else folds[:, seed - zeros]
+            for seed in range(seed_count + fold_count):
+                seed_point = seeds[:, seed] if seed < seed_count else folds[:, seed - seed_count]
                 before = math.hypot(math.hypot(seed_point[0] - start[0], seed_point[1] - start[1]), start[2])
                 after = math.hypot(math.hypot(seed_point[0] - middle[0], seed_point[1] - middle[1]), middle[2])
-                part = before / (before + after)  # of a flat surface
-                north = seed_point[0] + part * (leg.end[0] - middle[0])
-                east = seed_point[1] + part * (leg.end[1] - middle[1])
+                fraction = before / (before + after)  # of the scatterer's displacement: that of a flat surface's bounce
+                north = seed_point[0] + fraction * (leg.end[0] - middle[0])
+                east = seed_point[1] + fraction * (leg.end[1] - middle[1])
                 count[n] = _follow_bounce(
-                    north, east, leg, search, seed >= zeros, point, stationary_points[n], count[n]
+                    north, east, leg, search, seed >= seed_count, point, stationary_points[n], count[n]
                 )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _follow_bounce(
-    north: float, east: float, leg: SurfaceLeg, search: BounceSearch, fold: bool, point: Floats,
+    north: float, east: float, leg: SurfaceLeg, search: BounceSearch, is_fold: bool, point: Floats,
     stationary_points: Floats, count: int,
 ) -> int:  # fmt: skip
-    """Refine one approximate bounce point or fold, and insert the results; a bright fold gives one on each side.
+    """Refine one approximate bounce point or fold, and insert the results; a fold on its bright side gives two.
 
     Returns:
         New number of bounce points.
     """
     min_separation = search.step / 100
-    kind = refine_bounce_point(north, east, leg, search, fold, point)
+    kind = refine_bounce_point(north, east, leg, search, is_fold, point)
     if kind == THERE:
         return _insert_bounce(point, stationary_points, count, min_separation)
     if kind == NONE:

@@ -18,15 +18,15 @@ class TubeColumns(NamedTuple):
     """Columns of one row of legs to n points that determine their ray tubes."""
 
     sine: Floats
-    """Sines of the angles below the horizontal at the sonar [1], (n,)."""
+    """Sines of the angles of travel below the horizontal at the sonar [1], (n,)."""
     arrival_sine: Floats
-    """The same at the points [1], (n,)."""
+    """Sines of the angles of travel below the horizontal at the points [1], (n,)."""
     spreading: Floats
-    """Pressure ratios by spreading re 1 m [1], (n,)."""
+    """Pressures by ray-tube spreading re that at 1 m [1], (n,)."""
     length: Floats
-    """Lengths [m], (n,)."""
+    """Path lengths [m], (n,)."""
     caustics: NDArray[np.uint8]
-    """Caustics touched, (n,)."""
+    """Numbers of caustics touched, (n,)."""
     distance: Floats
     """Horizontal distances [m], (n,)."""
     point_speed: Floats
@@ -35,7 +35,7 @@ class TubeColumns(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def vertical_curvatures(
-    legs: TubeColumns, has_odd_bounces: bool, speed: float, gradient: float, result: Floats
+    legs: TubeColumns, has_odd_bounces: bool, speed: float, gradient: float, curvature: Floats
 ) -> None:
     """Curvatures of the wavefronts of one row of legs in the vertical plane.
 
@@ -43,14 +43,14 @@ def vertical_curvatures(
         legs: The legs.
         has_odd_bounces: True for a family with an odd number of bounces.
         speed: Sound speed at the sonar [m/s].
-        gradient: Its growth with depth [1/s].
-        result: Result [1/m], (n,).
+        gradient: Derivative of the sound speed by depth at the sonar [1/s].
+        curvature: Result [1/m], (n,); that of a sphere where the ray tube does not determine it.
     """
-    for n in range(result.size):
+    for n in range(curvature.size):
         sine, arrival_sine, distance = legs.sine[n], legs.arrival_sine[n], legs.distance[n]
         no_tube = abs(sine) < MIN_SINE or abs(arrival_sine) < MIN_SINE or distance < 1e-9
         if no_tube or legs.spreading[n] == 0:
-            result[n] = 1 / max(legs.length[n], 1e-9)
+            curvature[n] = 1 / max(legs.length[n], 1e-9)
             continue
         cosine = math.sqrt(min(max(1 - sine * sine, 0.0), 1.0))
         # each bounce, and each turning point, reverses a ray's vertical direction: their number is even or odd
@@ -59,5 +59,5 @@ def vertical_curvatures(
         tube_area = legs.spreading[n] * legs.spreading[n] * distance * abs(arrival_sine)
         ray_tube = caustic_sign * tube_area / (legs.point_speed[n] * cosine)
         sign = 1.0 if sine > 0 else -1.0
-        over_speed = (ray_tube + gradient * sign * (cosine * cosine) / (speed * speed)) / abs(sine)
-        result[n] = speed * over_speed
+        curvature_over_speed = (ray_tube + gradient * sign * (cosine * cosine) / (speed * speed)) / abs(sine)
+        curvature[n] = speed * curvature_over_speed

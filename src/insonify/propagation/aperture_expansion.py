@@ -1,8 +1,8 @@
 """Aperture expansion: field of a leg about an array's centre beyond the spherical wavefront, in layered water.
 
-The curvature of a wavefront gives delays over an array to second order, but not levels: a single ray does not determine
-how its tube's width changes with position. Rays to four positions about the centre, at the aperture's extent,
-determine both: ahead and behind at its depth, above and below at its distance. Their deviation from the
+The curvature of a wavefront gives delays over an array to second order, but not pressures: a single ray does not
+determine how its tube's width changes with position. Rays from four positions about the centre, at the aperture's
+extent, determine both: ahead and behind at its depth, above and below at its distance. Their deviation from the
 sphere's expansion is a polynomial of the element's offset, exact at those four and nearly so in between.
 """
 
@@ -19,19 +19,19 @@ from insonify.records.legs import Legs
 
 Floats = NDArray[np.float64]
 RaySource = Callable[[str, float, Floats], FamilyRays]
-"""Rays of a family from a depth [m] to all points, at their own distances [m], (n,)."""
+"""Function of family, depth of its rays' start [m] and horizontal distances of the n points [m], (n,)."""
 
 DELAY_TERMS = 9
 """Number of the terms of the delay: x^2, x z, z^2, x^3, x^2 z, x z^2, z^3, x^4, z^4, with x the
 horizontal offset towards the point and z the downward offset [m]."""
 TERMS = 13
-"""Number of all terms: those of the delay, then those of the logarithm of the pressure: x, z, x^2, z^2."""
+"""Number of all terms: those of the delay, then those of the natural logarithm of the pressure: x, z, x^2, z^2."""
 MIN_OFFSET = 0.02
 """Least offset from the centre at which rays are evaluated [m]."""
 MAX_APPROACH = 0.25
 """Largest offset towards the point, as a fraction of the horizontal distance [1]."""
 MAX_DELAY_DEVIATION = 3e-6
-"""Deviation from the sphere's delay beyond which a ray is of another branch [s]."""
+"""Deviation from the sphere's delay beyond which a ray counts as one of another branch [s]."""
 
 
 def aperture_expansion(
@@ -47,11 +47,11 @@ def aperture_expansion(
         water: Sound speed of the water column.
         aperture_extent: Largest offset of elements from the centre, horizontal and vertical [m].
         max_depth: Greatest depth at which rays exist [m].
-        ray_source: Function of family, depth [m] and horizontal distances [m], (n,); returns the rays.
+        ray_source: Source of rays from other positions.
 
     Returns:
         Coefficients of `TERMS`, delay [s] and logarithm of pressure [1] over powers of metres, shape (f, TERMS, n);
-        NaN where there is no such ray, or where it ends near a caustic.
+        NaN where there is no ray of the same branch, or one that ends near a caustic (pressure only).
     """
     offset = np.minimum(
         max(aperture_extent[0], MIN_OFFSET),
@@ -80,7 +80,7 @@ def aperture_expansion(
 
 
 def largest_change(terms: Floats, aperture_extent: tuple[float, float]) -> tuple[Floats, Floats]:
-    """Bounds of what some terms change at any element of an array.
+    """Bounds of the changes by some terms at any element of an array.
 
     Args:
         terms: Coefficients of `TERMS`, (..., TERMS, n).
@@ -128,35 +128,28 @@ class _RayExpansion:
         delay_change = (b * (x**2 + z**2) - 2 * along) / (1 + root) / self.speed + gradient_factor * (
             s * along + 2 * c * across
         ) * along
-        slope = gradient_factor * 2 * (s * along + c * across), gradient_factor * 2 * c * along  # along, and aside
-        delay_slope_x = (b * x - c) / root / self.speed + slope[0] * c - slope[1] * s
-        delay_slope_z = (b * z - s) / root / self.speed + slope[0] * s + slope[1] * c
+        along_slope, across_slope = gradient_factor * 2 * (s * along + c * across), gradient_factor * 2 * c * along
+        delay_slope_x = (b * x - c) / root / self.speed + along_slope * c - across_slope * s
+        delay_slope_z = (b * z - s) / root / self.speed + along_slope * s + across_slope * c
         return delay_change, delay_slope_x, delay_slope_z, -np.log(root)
 
     def deviation_of(self, family_rays: FamilyRays, x: Floats | float, z: float) -> Floats:
-        """Deviation of rays at an offset from `spherical_field`, (4, n); NaN for rays of another branch.
+        """Deviation from `spherical_field` of the rays that start at an offset, (4, n); NaN for rays of another branch.
 
         Rows: delay [s], its derivatives by x and by z [s/m], logarithm of the pressure [1].
         """
         delay_change, delay_slope_x, delay_slope_z, log_reference = self.spherical_field(x, z)
         exists = np.arange(family_rays.rays.shape[1]) < np.minimum(family_rays.count, MAX_RAYS)[:, None]
-        deviation = np.where(
-            exists, np.abs(family_rays.rays[:, :, DELAY] - (self.delay + delay_change)[:, None]), np.inf
-        )
+        delay_error = np.abs(family_rays.rays[:, :, DELAY] - (self.delay + delay_change)[:, None])
+        deviation = np.where(exists, delay_error, np.inf)
         nearest = np.argmin(deviation, axis=1)
         n = np.arange(len(nearest))
         ray = family_rays.rays[n, nearest]
         speed = float(self.water.sound_speed_at(self.depth + z))
         with np.errstate(divide="ignore", invalid="ignore"):
             log_ratio = np.log(ray[:, AMPLITUDE] / self.amplitude) - log_reference
-        terms = np.array(
-            [
-                ray[:, DELAY] - self.delay - delay_change,
-                -ray[:, SLOWNESS] - delay_slope_x,
-                -ray[:, SIN_LAUNCH] / speed - delay_slope_z,
-                log_ratio,
-            ]
-        )
+        slope_x, slope_z = -ray[:, SLOWNESS] - delay_slope_x, -ray[:, SIN_LAUNCH] / speed - delay_slope_z
+        terms = np.array([ray[:, DELAY] - self.delay - delay_change, slope_x, slope_z, log_ratio])
         terms[:, ~(deviation[n, nearest] < MAX_DELAY_DEVIATION)] = np.nan
         terms[3, ray[:, FOLD_SIDE] != 0] = np.nan
         return terms
@@ -169,8 +162,8 @@ def _fill_terms(
 
     Args:
         coefficients: Result, in the order of `DELAY_TERMS` and `TERMS`, (TERMS, n).
-        horizontal: Rows of `_RayExpansion.deviation_of` at offsets +x and -x.
-        vertical: Rows at offsets +z and -z; empty for an aperture without height.
+        horizontal: Results of `_RayExpansion.deviation_of` at offsets +x and -x.
+        vertical: Its results at offsets +z and -z; empty for an aperture without height.
         offset: Horizontal offset x [m], (n,).
         depth_offset: Downward offset z [m].
     """

@@ -1,9 +1,11 @@
 """Roughness of the seabed at a bottom bounce: static waves of the sediment's spectrum, and of its relief.
 
-Waves shorter than the Fresnel zone count; longer ones tilt the plane of the reflection. Over relief those below its
-cutoff are the sediment's and the others its own; over a flat seabed all are the sediment's.
-A glint deflects sound by small angles: its waves together change the horizontal wavenumber by a third of the sound's at
-most. Sound that changes by more is scattered as the sediment's law describes: a bounce loses that energy.
+Waves shorter than the Fresnel zone count; longer ones tilt the plane of the reflection. Over relief, waves shorter than
+its cutoff wavelength have the sediment's spectrum and longer ones the relief's; over a flat seabed all have the
+sediment's.
+A glint deflects sound by small angles: its waves together change the horizontal wavenumber by at most a third of the
+wavenumber of the sound. Sound that changes by more is scattered as the sediment's law describes: a bounce loses that
+energy.
 """
 
 import math
@@ -39,21 +41,21 @@ class BedRoughness:
     waves: WindWaves
     """Waves of all lengths down to the sound's, without motion, the same in all directions."""
     max_wavenumber: float
-    """Largest change of the horizontal wavenumber by a glint [rad/m]."""
-    scattered_share: Floats
-    """Fraction of the reflected energy that the scattering law has beyond that change [1], (SINE_COUNT,).
+    """Largest change of the horizontal wavenumber of the sound by a glint [rad/m]."""
+    scattered_fraction: Floats
+    """Energy that the scattering law scatters with a larger change, re the reflected energy [1], (SINE_COUNT,).
 
     At even steps of the sine of the grazing angle from 0 to 1.
     """
     is_zone_limited: bool
-    """True where only waves shorter than the Fresnel zone count; False over a surveyed grid, which has no waves."""
+    """True if only waves shorter than the Fresnel zone count; False over a surveyed grid, whose relief has no waves."""
 
     def mean_quanta(self, phase: Floats, sine: Floats, long_variance: Floats) -> tuple[Floats, Floats]:
-        """Phase variance of the glints of one bounce [rad^2], and fraction of the energy that the law scatters [1].
+        """Mean number of quanta of one bounce [1], and fraction of the reflected energy that the law scatters [1].
 
-        The phase variance 4 Gamma^2 is the mean number of quanta, see `glints`. The coherent leg has exp(-4 Gamma^2) of
-        the reflected energy, with Gamma by all waves up to the wavelength of the sound. The scattering law takes its
-        fraction, at most the rest, and glints carry the remainder: of both, exp(-quanta) is coherent.
+        The coherent leg has exp(-4 Gamma^2) of the reflected energy, with the phase variance 4 Gamma^2 by all waves
+        down to the wavelength of the sound. The scattering law takes its fraction, at most the rest, and glints carry
+        the remainder: of the energy of the coherent leg and the glints, exp(-quanta) is coherent.
 
         Args:
             phase: Phase per height, 2 k sin(grazing) [rad/m], shape (n,).
@@ -61,13 +63,13 @@ class BedRoughness:
             long_variance: Variance of the waves longer than the Fresnel zone [m^2], shape (n,).
         """
         quanta = phase**2 * (self.waves.variance[-1] - long_variance)
-        share = np.interp(sine, np.linspace(0, 1, SINE_COUNT), self.scattered_share)
-        share = np.minimum(share, -np.expm1(-quanta))
-        return np.maximum(quanta + np.log1p(-share), 0.0), share
+        scattered = np.interp(sine, np.linspace(0, 1, SINE_COUNT), self.scattered_fraction)
+        scattered = np.minimum(scattered, -np.expm1(-quanta))
+        return np.maximum(quanta + np.log1p(-scattered), 0.0), scattered
 
     @property
     def slope(self) -> float:
-        """Rms slope along one axis of the waves that a glint may have alone [1]."""
+        """Rms slope along one axis of the waves of which a glint may have a single one [1]."""
         return math.sqrt(float(np.interp(self.max_wavenumber, self.waves.wavenumber, self.waves.slope_moments[0])))
 
     def longer_waves(self, family: str, source_depth: float, length: Floats, sine: Floats) -> tuple[Floats, Floats]:
@@ -105,16 +107,16 @@ def bed_roughness(seabed: Seabed, frequency: float, sound_speed: float) -> BedRo
     terrain, scatters = seabed.terrain, seabed.scattering.law != "sediment-volume"
     if terrain is not None and terrain.span[0] == terrain.span[1]:
         terrain = None
-    return _roughness(
+    return _roughness_of_material(
         sediment(seabed.scattering.sediment), sound_speed / frequency, seabed.depth, terrain, scatters=scatters
     )
 
 
 @lru_cache(maxsize=8)
-def _roughness(
+def _roughness_of_material(
     material: Sediment, wavelength: float, depth: float, terrain: SeabedTerrain | None, *, scatters: bool
 ) -> BedRoughness:
-    """`bed_roughness` of a material: its spectrum beyond the cutoff of any relief, the relief's spectrum below it.
+    """Roughness of a material: its spectrum above the cutoff wavenumber of any relief, the relief's spectrum below it.
 
     Args:
         material: Sediment of the seabed.
@@ -125,7 +127,7 @@ def _roughness(
     """
     wavenumber = 2 * math.pi / wavelength
     cutoff = MIN_WAVENUMBER if terrain is None else terrain.relief.cutoff.wavenumber
-    finest = min(max(wavenumber / SLOPE_CUT, 1.01 * cutoff), wavenumber)
+    max_change = min(max(wavenumber / SLOPE_CUT, 1.01 * cutoff), wavenumber)
     has_waves = terrain is not None and terrain.relief.is_waves
     low = min(MIN_WAVENUMBER, 0.5 * cutoff) if has_waves else cutoff
     k = np.geomspace(low, max(wavenumber, 1.01 * low), WAVENUMBER_COUNT)
@@ -134,22 +136,24 @@ def _roughness(
         resolved = np.minimum(k, cutoff)
         variance = variance + terrain.relief.band_variance(np.array(low), cutoff)
         variance -= terrain.relief.band_variance(resolved, cutoff)
-    share = _scattered_share(material, wavelength, finest / wavenumber) if scatters else np.zeros(SINE_COUNT)
-    return BedRoughness(wavelength, depth, static_waves(k, variance), finest, share, terrain is None or has_waves)
+    fraction = _scattered_fraction(material, wavelength, max_change / wavenumber) if scatters else np.zeros(SINE_COUNT)
+    return BedRoughness(
+        wavelength, depth, static_waves(k, variance), max_change, fraction, terrain is None or has_waves
+    )
 
 
-def _scattered_share(material: Sediment, wavelength: float, finest: float) -> Floats:
-    """Fraction of the reflected energy that the surface of a sediment scatters widely [1], shape (SINE_COUNT,).
+def _scattered_fraction(material: Sediment, wavelength: float, min_change: float) -> Floats:
+    """Energy that a sediment's interface scatters widely, re the reflected energy, at most 1 [1], shape (SINE_COUNT,).
 
     Args:
         material: Sediment of the seabed.
         wavelength: Wavelength of the sound [m].
-        finest: Least change of the horizontal wavenumber that counts, re the wavenumber of the sound [1].
+        min_change: Least change of the horizontal wavenumber that counts, re the wavenumber of the sound [1].
     """
     sine = np.linspace(0, 1, SINE_COUNT)
     sine[0] = 0.1 * sine[1]
     law = UncappedSmallSlope(material, 1.0, wavelength)
-    scattered = albedo(law, np.arcsin(sine), points=40, beyond=finest)
+    scattered = albedo(law, np.arcsin(sine), points=40, beyond=min_change)
     reflected = np.abs(reflection_coefficient_at_sine(material, sine)) ** 2
     return np.minimum(scattered / np.maximum(reflected, 1e-12), 1.0)
 
@@ -157,7 +161,7 @@ def _scattered_share(material: Sediment, wavelength: float, finest: float) -> Fl
 SINE_COUNT = 65
 """Number of sines of the grazing angle, evenly spaced from 0 to 1, at which the law's fraction is computed."""
 MIN_WAVENUMBER = 2 * math.pi / 1000.0
-"""Least wavenumber of waves that count, of 1 km [rad/m]."""
+"""Wavenumber of the longest waves that count, of 1 km [rad/m]."""
 
 
 def static_waves(wavenumber: Floats, variance: Floats) -> WindWaves:
@@ -169,5 +173,6 @@ def static_waves(wavenumber: Floats, variance: Floats) -> WindWaves:
     """
     per_axis = np.diff(variance) * wavenumber[1:] * wavenumber[:-1] / 2
     slope, zeros = np.concatenate(([0.0], np.cumsum(per_axis))), np.zeros_like(variance)
-    turn = np.tile(np.linspace(-math.pi, math.pi, QUANTILE_COUNT), (2, 1))
-    return WindWaves(wavenumber, variance, zeros, turn, np.stack([slope, slope, zeros, zeros]), row_guide(variance))
+    directions = np.tile(np.linspace(-math.pi, math.pi, QUANTILE_COUNT), (2, 1))
+    moments = np.stack([slope, slope, zeros, zeros])
+    return WindWaves(wavenumber, variance, zeros, directions, moments, row_guide(variance))

@@ -12,7 +12,7 @@ from insonify.scene.solid import world_triangles
 Floats = NDArray[np.float64]
 
 MARGIN = 1e-3
-"""Margin added to each cylinder: a leg that ends a rounding error before its point ends elsewhere [m]."""
+"""Margin on the distance between path and target, for rounding of the ends of legs [m]."""
 
 
 @lru_cache(maxsize=8)
@@ -34,16 +34,10 @@ def bounding_cylinders(scene: Scene) -> Floats:
 
 
 def points_near_cylinders(
-    scene: Scene,
-    position: Floats,
-    points: Floats,
-    clearance: float = 0.0,
-    directions: Floats | None = None,
-    *,
-    direct: bool = False,
-    targets: slice = slice(None),
-) -> list[NDArray[np.int64]]:
-    """Points whose straight path passes a target, in plan view, or with the depth of its top.
+    scene: Scene, position: Floats, points: Floats, clearance: float = 0.0, directions: Floats | None = None, *,
+    direct: bool = False, targets: slice = slice(None),
+) -> list[NDArray[np.int64]]:  # fmt: skip
+    """Points whose straight path passes a target within a clearance, in plan view or in space.
 
     Args:
         scene: The scene with its targets.
@@ -51,8 +45,9 @@ def points_near_cylinders(
         points: Ends of the paths [m], shape (n, 3).
         clearance: Largest distance between path and target [m].
         directions: Directions of arrival at each point, shape (f, n, 3); None: straight from `position`.
-        direct: True: paths are straight in depth too, without directions, and those above a target are left out.
-        targets: Targets that count, of `Scene.occluders`.
+        direct: True: paths are straight in depth too, given without directions, and those that pass above a target are
+            left out. False: depths do not count.
+        targets: Targets to test, as a slice of `Scene.occluders`.
 
     Returns:
         Increasing rows of such points, for each of those targets in their order.
@@ -70,23 +65,23 @@ def edge_clearance(longest: float, wavelength: float, fresnel_number: float) -> 
     """Distance from the straight path at which an edge has at least a given Fresnel number, at any position [m].
 
     The path around an edge is longer than the straight one by number^2 wavelength / 4, see
-    `knife_edge_kernel.edge_fresnel_number`. At this distance one of its two parts alone is longer by that:
-    sqrt(off^2 + part^2) - part decreases with the part, which is at most the whole leg.
+    `knife_edge_kernel.edge_fresnel_number`. At this distance d one of its two parts alone is longer by that:
+    sqrt(d^2 + r^2) - r decreases with the length r of the part, which is at most that of the whole leg.
 
     Args:
         longest: Length of the longest leg [m].
         wavelength: Wavelength of the sound [m].
-        fresnel_number: Fresnel number.
+        fresnel_number: Fresnel number [1].
     """
     excess_length = 1.0001 * fresnel_number**2 * wavelength / 4
     return float(np.sqrt(2 * max(longest, wavelength) * excess_length + excess_length**2))
 
 
-def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
+def union(row_sets: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
     """Sorted union of sets of row numbers, all less than `count`."""
-    if len(parts) == 1:
-        return parts[0]
-    inside = np.zeros(count, bool)
-    for part in parts:
-        inside[part] = True
-    return np.flatnonzero(inside)
+    if len(row_sets) == 1:
+        return row_sets[0]
+    is_member = np.zeros(count, bool)
+    for rows in row_sets:
+        is_member[rows] = True
+    return np.flatnonzero(is_member)

@@ -16,7 +16,7 @@ _RAYS_ALONE = 40.0
 
 
 def fold_distance(fold: ArrayLike, fold_curvature: ArrayLike, frequency: float) -> Floats:
-    """Distance of a ray's end from the caustic, in the scale of Airy's function [1].
+    """Horizontal distance of a ray's end from the fold, in the scale of Airy's function [1].
 
     With X(p) the horizontal range at which rays of slowness p cross the depth of the point, rays merge where
     dX/dp = 0, at X_f. Between two merging rays the delay differs by (2/3) sqrt(8 |R - X_f|^3 / |X''|), and that times
@@ -42,8 +42,7 @@ def fold_factor(
 
     The modulus is sqrt(pi) zeta^(1/4) M(zeta), with M^2 = Ai^2 + Bi^2 at -zeta: it cancels the ray's zeta^(-1/4) and
     leaves a finite pressure at the fold. The phase, at most 15 degrees, separates the two rays as the Airy function
-    does.
-    The ray that has touched the caustic keeps its own +90 degrees outside this factor.
+    does. The +90 degrees of the ray that has touched the caustic are not part of this factor.
 
     Args:
         fold: Horizontal distance to the fold [m], inf for no fold, any shape (`FOLD` of the eigenray kernel).
@@ -52,19 +51,20 @@ def fold_factor(
         frequency: Frequency of the sound [Hz].
 
     Returns:
-        Factor on the ray's amplitude, for a time factor exp(+j omega t), broadcast shape. Zero at the fold itself,
-        where
-        the amplitude is infinite: such a ray counts as none.
+        Factor on the ray's pressure [1], for a time factor exp(+j omega t), broadcast shape. Zero at the fold itself,
+        where the pressure is infinite: such a ray counts as none.
 
     Source: Chester, Friedman & Ursell (1957), leading term; modulus and phase as in DLMF 9.8.1-9.8.11 (not verified).
     Valid: two merging rays, isolated and of nearly equal amplitudes. Sound in the shadow beyond the fold is neglected:
-    3.7 dB below the fold's own at zeta = -0.5, 20 dB at -2.
+    3.7 dB below that at the fold at zeta = -0.5, 20 dB at -2.
     """
     fold, fold_curvature, fold_side = np.broadcast_arrays(
         *(np.asarray(values, float) for values in (fold, fold_curvature, fold_side))
     )
-    has = fold_side != 0
-    distance = fold_distance(np.where(has, np.abs(fold), np.inf), np.where(has, fold_curvature, 1.0), frequency)
+    has_fold = fold_side != 0
+    distance = fold_distance(
+        np.where(has_fold, np.abs(fold), np.inf), np.where(has_fold, fold_curvature, 1.0), frequency
+    )
     return merging_factor(distance, fold_side)
 
 
@@ -78,17 +78,17 @@ def merging_factor(distance: Floats, fold_side: Floats) -> NDArray[np.complex128
     factor = np.ones(distance.shape, complex)
     is_close = distance < _RAYS_ALONE
     if is_close.any():
-        factor[is_close] = _near(distance[is_close], fold_side[is_close])
+        factor[is_close] = _airy_factor(distance[is_close], fold_side[is_close])
     return factor
 
 
-def _near(distance: Floats, fold_side: Floats) -> NDArray[np.complex128]:
-    """Factor by Airy's functions at -distance."""
+def _airy_factor(distance: Floats, fold_side: Floats) -> NDArray[np.complex128]:
+    """Factor of `fold_factor` [1] by Airy's functions at minus the distance zeta [1]."""
     from scipy.special import airy
 
     ai, _, bi, _ = airy(-distance)
     modulus = np.sqrt(np.pi) * distance**0.25 * np.hypot(ai, bi)
     # Ai = M cos(angle), Bi = -M sin(angle); at a distance the angle is that of two separate rays.
-    turn = (2 / 3) * distance**1.5 - np.pi / 4
-    phase = np.angle((ai - 1j * bi) * np.exp(-1j * turn))
+    ray_angle = (2 / 3) * distance**1.5 - np.pi / 4
+    phase = np.angle((ai - 1j * bi) * np.exp(-1j * ray_angle))
     return np.asarray(modulus * np.exp(-1j * fold_side * phase))

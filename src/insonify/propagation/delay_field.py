@@ -23,9 +23,9 @@ from insonify.scene.scatterer_grid import ScattererGrid
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 WAVES = 64
-"""Waves of a field: its fourth moment is 3 (1 - 1 / 128) times the square of its second."""
+"""Number of waves of a field: its fourth moment is 3 (1 - 1 / 128) times the square of its second."""
 PARTS = 24
-"""Fractions of the path at which the distance of two legs is evaluated."""
+"""Number of fractions of the path at which the distance of two legs is evaluated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class DelayField:
     water_depth: float
     """Depth of the bottom's mean plane [m]."""
     scatterer_grid: ScattererGrid
-    """Frame of the field, which moves with the scene."""
+    """Frame of the field: moving it with the scene changes no delay."""
 
     def with_delays(self, legs: Legs, position: Floats, points: Floats, time: float) -> Legs:
         """Legs with random delays added to theirs.
@@ -49,82 +49,81 @@ class DelayField:
             points: The points [m], shape (n, 3).
             time: Time of the ping [s].
         """
-        part, wave, turn, beat = _waves(self.seed, self.inhomogeneity)
+        fraction, cycles, phase, frequency = _waves(self.seed, self.inhomogeneity)
         start = np.array([*self.scatterer_grid.from_world(position[:2]), position[2]])
         along, across = np.ascontiguousarray(self.scatterer_grid.from_world(points[:, :2]).T)
-        total = np.zeros(legs.delay.shape)
+        total, phase_now = np.zeros(legs.delay.shape), phase + frequency * time
         for row, family in enumerate(legs.families):
             if legs.branch[row]:
                 total[row] = total[row - legs.branch[row]]  # rays of one family follow nearly the same path
                 continue
-            down = self._unfolded(family, points[:, 2])
-            add_delay_waves(start, along, across, down, self.water_depth, part, wave, turn + beat * time, total[row])
+            down = self._unfolded_depth(family, points[:, 2])
+            add_delay_waves(start, along, across, down, self.water_depth, fraction, cycles, phase_now, total[row])
         return replace(legs, delay=legs.delay + self.delay_deviation(legs) * np.sqrt(2 / WAVES) * total)
 
     def delay_deviation(self, legs: Legs) -> Floats:
-        """Root mean square of each leg's delay [s], shape (f, n); 0 for no leg."""
-        return self._spread(legs.visibility, legs.delay, legs.length)
+        """Root mean square of each leg's random delay [s], shape (f, n); 0 for no leg."""
+        return self._deviation(legs.visibility, legs.delay, legs.length)
 
-    def _spread(self, visibility: NDArray[Any], delay: Floats, length: Floats) -> Floats:
+    def _deviation(self, visibility: NDArray[Any], delay: Floats, length: Floats) -> Floats:
         exists = (visibility != 0) & (delay > 0)
         speed = np.where(exists, length / np.where(exists, delay, 1.0), 1.0)
         return np.sqrt(np.maximum(delay_variance(np.where(exists, length, 0.0), speed, self.inhomogeneity), 0.0))
 
     def covariance(self, leg_ends: list[tuple[Legs, Floats, Integers]], points: Floats, point_rows: Integers) -> Floats:
-        """Covariance of the delays of some legs to the same points [s^2], shape (m, legs, legs).
+        """Covariance of the random delays of some legs to the same points [s^2], shape (m, legs, legs).
 
         Args:
-            leg_ends: Legs to n points, their start [m], shape (3,), and the rows to include, each with the largest
-                variance of its family; one such or several.
+            leg_ends: For each end of the sonar: legs to n points, position of that end [m], shape (3,), and the rows to
+                include. Each row has the largest variance of all rays of its family.
             points: Common ends of the legs [m], shape (n, 3).
-            point_rows: Rows of the points to evaluate, shape (m,).
+            point_rows: Rows of the m points to evaluate, shape (m,).
         """
-        spread = []
+        deviation = []
         for legs, _, rows in leg_ends:
             for row in rows:
                 selected = np.ix_([legs.families[row] == name for name in legs.families], point_rows)
-                spread.append(
-                    self._spread(legs.visibility[selected], legs.delay[selected], legs.length[selected]).max(axis=0)
-                )
+                of_family = self._deviation(legs.visibility[selected], legs.delay[selected], legs.length[selected])
+                deviation.append(of_family.max(axis=0))
         points = points[point_rows]
         paths = [self._path_points(legs.families[row], end, points) for legs, end, rows in leg_ends for row in rows]
         covariance = np.empty((len(points), len(paths), len(paths)))
         for a, first in enumerate(paths):
             for b, second in enumerate(paths[: a + 1]):
                 square = np.sum((first - second) ** 2, axis=-1)
-                alike = np.exp(-square / self.inhomogeneity.correlation_length**2).mean(axis=0)
-                covariance[:, a, b] = covariance[:, b, a] = spread[a] * spread[b] * alike
+                correlation = np.exp(-square / self.inhomogeneity.correlation_length**2).mean(axis=0)
+                covariance[:, a, b] = covariance[:, b, a] = deviation[a] * deviation[b] * correlation
         return covariance
 
     def _path_points(self, family: str, position: Floats, points: Floats) -> Floats:
-        """Points at even fractions of a leg's path, shape (fractions, n, 3)."""
-        part = ((np.arange(PARTS) + 0.5) / PARTS)[:, None, None]
-        ends = np.column_stack([points[:, :2], self._unfolded(family, points[:, 2])])
-        path = position + part * (ends - position)
+        """Points at even fractions of a leg's path [m], shape (PARTS, n, 3)."""
+        fraction = ((np.arange(PARTS) + 0.5) / PARTS)[:, None, None]
+        ends = np.column_stack([points[:, :2], self._unfolded_depth(family, points[:, 2])])
+        path = position + fraction * (ends - position)
         depth = np.mod(path[..., 2], 2 * self.water_depth)
         path[..., 2] = np.minimum(depth, 2 * self.water_depth - depth)
         return path
 
-    def _unfolded(self, family: str, depth: Floats) -> Floats:
+    def _unfolded_depth(self, family: str, depth: Floats) -> Floats:
         """Depth at which a family's unfolded ray arrives, straight through surface and bottom [m]."""
-        turned = family[::-1]
-        moved, sign = image_depth(turned, 0.0, self.water_depth), (-1) ** bounce_count(family)
-        return np.asarray(moved + sign * depth, float)
+        from_point = family[::-1]
+        image_of_surface, sign = image_depth(from_point, 0.0, self.water_depth), (-1) ** bounce_count(family)
+        return np.asarray(image_of_surface + sign * depth, float)
 
 
 @lru_cache(maxsize=8)
 def _waves(seed: int, inhomogeneity: Inhomogeneity) -> tuple[Floats, Floats, Floats, Floats]:
-    """Waves: fraction of the path (m,), cycles per metre (m, 3), phase (m,) [cycles], cycles per second (m,).
+    """Waves: fraction of the path [1], (m,); cycles per metre, (m, 3); phase [cycles], (m,); frequency [Hz], (m,).
 
-    exp(-r^2 / l^2) is the mean of cos(K r) over K normal with variance 2 / l^2 in each direction; likewise in time.
+    exp(-r^2 / l^2) is the mean of cos(K r) over K normal with variance 2 / l^2 in each direction; the same in time.
     """
     from scipy.special import ndtri
 
     number = np.arange(WAVES)
     first = random_keys.uniforms(seed, random_keys.WATER_DELAYS, number, 0)
     second = random_keys.uniforms(seed, random_keys.WATER_DELAYS, number, 1)
-    wave = ndtri(first[:, :3]) * np.sqrt(2) / inhomogeneity.correlation_length / (2 * np.pi)
-    beat = np.zeros(WAVES)
+    cycles = ndtri(first[:, :3]) * np.sqrt(2) / inhomogeneity.correlation_length / (2 * np.pi)
+    frequency = np.zeros(WAVES)
     if inhomogeneity.correlation_time is not None:
-        beat = ndtri(second[:, 0]) * np.sqrt(2) / inhomogeneity.correlation_time / (2 * np.pi)
-    return (number + second[:, 1]) / WAVES, wave, first[:, 3], beat
+        frequency = ndtri(second[:, 0]) * np.sqrt(2) / inhomogeneity.correlation_time / (2 * np.pi)
+    return (number + second[:, 1]) / WAVES, cycles, first[:, 3], frequency

@@ -15,7 +15,7 @@ class DepartureAngles(NamedTuple):
     """Departure of the rays of f families from one depth of the sonar to a boundary.
 
     Straight rays have a vertical travel. Refracted ones have the extremes of their launch angles over 2^k columns of a
-    travel-time curve from each of m columns on: infinite, in reversed order, without a ray.
+    travel-time curve, from each of m columns on, k from 0: least +inf and greatest -inf where there is no ray.
     """
 
     vertical_travel: Floats
@@ -23,11 +23,11 @@ class DepartureAngles(NamedTuple):
     relief_height: float
     """Largest deviation of the boundary from its depth, which widens the cones of straight rays [m]."""
     range_step: float
-    """Spacing of the columns [m]."""
+    """Spacing of the columns in horizontal distance [m]."""
     least: Floats
     """Least launch angle of refracted rays [rad, + down], (f, k, m); (f, 0, 0) for straight rays."""
     greatest: Floats
-    """Greatest launch angle, likewise."""
+    """Greatest launch angle of refracted rays [rad, + down], of the same shape."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -35,7 +35,7 @@ def departure_cones(
     angles: DepartureAngles, family: int, position: Floats, centre: Floats, radius: Floats, axis: Floats,
     half_angle: Floats, exists: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Axis and half angle of the cone of rays to each neighbourhood.
+    """Write axis and half angle of the cone of rays to each of n neighbourhoods.
 
     Args:
         angles: Departure of the rays.
@@ -65,21 +65,23 @@ def _refracted_cones(
     angles: DepartureAngles, family: int, position: Floats, centre: Floats, radius: Floats, axis: Floats,
     half_angle: Floats, exists: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Cones of refracted rays; arguments see `departure_cones`."""
+    """Write the cones of refracted rays; arguments as in `departure_cones`."""
     for n in range(radius.size):
         north, east = centre[n, 0] - position[0], centre[n, 1] - position[1]
-        away = math.hypot(north, east)
-        low, high = launch_angle_bounds(angles, family, away - radius[n], away + radius[n])
+        distance = math.hypot(north, east)
+        low, high = launch_angle_bounds(angles, family, distance - radius[n], distance + radius[n])
         exists[n] = low <= high
         if low > high:
             low = high = 0.0
         middle = (low + high) / 2
-        level = math.cos(middle)
-        axis[n, 0], axis[n, 1] = (level * north / away, level * east / away) if away > 0 else (level, 0.0)
+        cosine = math.cos(middle)
+        axis[n, 0], axis[n, 1] = (
+            (cosine * north / distance, cosine * east / distance) if distance > 0 else (cosine, 0.0)
+        )
         axis[n, 2] = math.sin(middle)
-        aside = math.asin(radius[n] / away) if radius[n] < away else math.pi
-        level_part = math.cos(0.0 if low * high <= 0 else min(abs(low), abs(high)))
-        half_angle[n] = min(math.hypot((high - low) / 2, aside * level_part), math.pi)
+        half_azimuth = math.asin(radius[n] / distance) if radius[n] < distance else math.pi
+        max_cosine = math.cos(0.0 if low * high <= 0 else min(abs(low), abs(high)))
+        half_angle[n] = min(math.hypot((high - low) / 2, half_azimuth * max_cosine), math.pi)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -89,11 +91,11 @@ def launch_angle_bounds(angles: DepartureAngles, family: int, nearest: float, fa
     Args:
         angles: Departure of the rays.
         family: Row of the family.
-        nearest: Least distance [m].
-        farthest: Greatest distance [m].
+        nearest: Least horizontal distance [m].
+        farthest: Greatest horizontal distance [m].
 
     Returns:
-        The angles; infinite, in reversed order, for no ray.
+        The angles, + down; +inf and -inf for no ray.
     """
     last = angles.least.shape[2] - 1
     # One more column on each side: rays between two columns are bounded by both.
@@ -102,6 +104,6 @@ def launch_angle_bounds(angles: DepartureAngles, family: int, nearest: float, fa
     power = 0
     while (2 << power) <= stop - first + 1:
         power += 1
-    again = stop - (1 << power) + 1
-    low = min(angles.least[family, power, first], angles.least[family, power, again])
-    return low, max(angles.greatest[family, power, first], angles.greatest[family, power, again])
+    second = stop - (1 << power) + 1
+    low = min(angles.least[family, power, first], angles.least[family, power, second])
+    return low, max(angles.greatest[family, power, first], angles.greatest[family, power, second])

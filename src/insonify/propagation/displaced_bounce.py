@@ -1,7 +1,7 @@
-"""Displaced bounces: legs whose surface bounces lie off the flat surface's specular point because of its tilt.
+"""Displaced bounces: legs with surface bounces beside the flat surface's specular point, where the surface is tilted.
 
 Unfolded between flat boundaries a leg is a straight line from an image of the sonar. Where the surface has a slope,
-the bounce that reaches a point lies elsewhere on the surface: the line has a corner there. All results are
+the reflection that reaches a point lies elsewhere on the surface: the line has a corner there. All results are
 changes of the flat surface's leg, so that they also apply to slightly refracted rays.
 """
 
@@ -42,11 +42,11 @@ class UnfoldedPaths:
     vertical_travel: Floats
     """Vertical travel of the whole path [m], shape (n,)."""
     vertical_travel_to_bounces: tuple[float, ...]
-    """Vertical travel up to each surface bounce [m]."""
+    """Vertical travel up to each surface bounce, or to those of other selected boundaries [m]."""
     starts_upward: bool
     """True for a family that starts upwards."""
     reverses_vertically: bool
-    """True for a family that ends in the opposite vertical direction."""
+    """True for a family whose rays arrive in the vertical direction opposite to that in which they depart."""
 
     @property
     def length(self) -> Floats:
@@ -87,7 +87,7 @@ def unfold_paths(
 def vertical_travel_to_bounces(
     family: str, depth: float, water_depth: float, boundaries: str = "S"
 ) -> tuple[float, ...]:
-    """Vertical travel of a family's rays up to each surface bounce, or each reflection off some boundaries [m].
+    """Vertical travel of a family's rays up to each of its bounces on some boundaries [m].
 
     Args:
         family: Name of a family with a bounce.
@@ -101,14 +101,15 @@ def vertical_travel_to_bounces(
 
 
 def displace_bounces(paths: UnfoldedPaths, slopes: Floats) -> DisplacedBounce:
-    """Lines with a corner at every surface bounce, for given surface slopes.
+    """Changes of straight lines by a corner at every surface bounce, for given surface slopes.
 
-    In the vertical plane the corner is exact: for a surface slope tan(e) the rays to both ends graze at angles
-    that differ by 2 e. Across it, offset = -2 slope sin(grazing) / (1/r1 + 1/r2), to first order.
+    In the vertical plane the corner is exact: for a surface slope tan(e) the grazing angles of the rays to both ends
+    differ by 2 e. Across that plane, offset = -2 slope sin(grazing) / (1/r1 + 1/r2), to first order.
 
     Args:
         paths: The straight lines.
-        slopes: Slope of the surface away from the sonar and to the right of that, shape (bounces, 2, n) [1].
+        slopes: Slope of the surface away from the sonar (limited to `STEEPEST`) and to the right of that [1], shape
+            (bounces, 2, n).
 
     Source: the law of reflection, derived here.
     """

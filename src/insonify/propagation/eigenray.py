@@ -17,8 +17,8 @@ from insonify.validity import require_number, require_numbers
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_FARTHEST = 1e7
-_AT_ONCE = 4096  # points: limits the memory for rays
+_FARTHEST = 1e7  # greatest horizontal distance [m]
+_AT_ONCE = 4096  # points that are solved in one call: limits the memory for rays
 
 
 def eigenrays(
@@ -63,12 +63,12 @@ def eigenrays(
     source = require_number("source_depth", source_depth, "m", 0.0, depth, example=f"{depth / 2:g}")
     z = require_numbers("point_depth", point_depth, "m", 0.0, depth, allow_nan=False, example=f"{depth:g}")
     ranges = require_numbers("range", range, "m", 0.0, _FARTHEST, allow_nan=False, example="150")
-    z, ranges = (np.array(values, float).ravel() + 0.0 for values in _together(z, ranges))  # minus nothing is nothing
+    z, ranges = (np.array(values, float).ravel() + 0.0 for values in _together(z, ranges))  # -0.0 becomes 0.0
     chosen = _checked(families)
     if method == "table":
-        every = np.arange(ranges.size)
+        points = np.arange(ranges.size)
         return eigenray_record(
-            chosen, [(k, every, _table_rays(water, source, z, ranges, name)) for k, name in enumerate(chosen)]
+            chosen, [(k, points, _table_rays(water, source, z, ranges, name)) for k, name in enumerate(chosen)]
         )
     if method != "exact":
         raise ValueError(f"method is {method!r}; give 'exact' or 'table'.")

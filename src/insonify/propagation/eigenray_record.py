@@ -72,7 +72,7 @@ class Eigenrays:
     turning_points: Integers
     """Number of turns between up and down in the water; -1 without path, shape (n,)."""
     status: NDArray[np.str_]
-    """"ok"; or why there is no path: "shadow" (refraction bends all rays of the family away), "turned" (its rays turn
+    """"ok"; or the reason for no path: "shadow" (refraction keeps all rays of the family away), "turned" (its rays turn
     before that bounce or that depth), "beyond_critical" (none arrives between rays that turn at a kink of the profile
     and rays that pass it); shape (n,)."""
 
@@ -104,17 +104,17 @@ def _counted(number: int, thing: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _RecordRows:
-    """Some rows of the record to be."""
+    """Rows of one family for a record: columns as in `Eigenrays`, but family rows, status codes and kernel rays."""
 
     point: Integers
-    family: Integers
+    family: Integers  # row in the families of the record
     branch: Integers
-    status: NDArray[np.uint8]
-    ray: Floats
+    status: NDArray[np.uint8]  # `LegStatus`
+    ray: Floats  # columns of `_eigenray_kernel`, (rows, COLUMNS)
 
 
 def no_rays(n: int, max_rays: int = MAX_RAYS) -> RaySolutions:
-    """Solutions for n points without a ray, with room for `max_rays` to each."""
+    """Solutions for n points without a ray, with capacity for `max_rays` to each."""
     return RaySolutions(np.zeros((n, max_rays, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
 
 

@@ -1,9 +1,9 @@
 """Eigenray tables: rays of one path family over range and depth, solved exactly at the nodes of a grid.
 
-One table holds one family over range and depth, for sources in a span of depths. Its cells are bounded by
-lines of depth, including every knot of the profile, where the delay has a kink. A cell is valid where its corners
-belong to the same smooth sheets of rays and its interior agrees with the exact solver; where a shadow begins, a ray
-grazes a knot or rays cross, the exact solver is used instead.
+One table holds one family over range and depth, for sources in a span of depths: a plane of nodes for each of a few
+source depths. Its cells are bounded by lines of constant depth, one through every knot of the profile, where the delay
+has a kink. A cell is valid where its corners belong to the same smooth sheets of rays and its interior agrees with the
+exact solver; where a shadow begins, a ray grazes a knot or rays cross, the exact solver is used instead.
 """
 
 from dataclasses import dataclass, field
@@ -34,14 +34,14 @@ Bytes = NDArray[np.uint8]
 LATEST = 1e-9
 """Largest error of a delay in a valid cell [s]."""
 MAX_AMPLITUDE_ERROR = 2.3e-3
-"""Largest relative error of an amplitude or a path length: 0.02 dB [1]."""
+"""Largest relative error of an amplitude or a path length in a valid cell: 0.02 dB [1]."""
 FLATNESS = 0.4
 """Height of a cell over its width: delays curve more with depth than with range [1]."""
 _WIDTHS = (0.25, 1.0)  # of a cell [m]: as fine as _ENOUGH nodes allow; larger only where _MOST_NODES would be exceeded
 _ENOUGH, _MOST_NODES = 10_000, 60_000
 APART, APART_ON_A_LINE = 0.35, 0.2
-"""Largest distance between source depths of a table [m]."""
-_SAMPLE = 256
+"""Largest distance between source depths of a table [m], and of a table of points at one depth."""
+_SAMPLE = 256  # positions that `check_sample` compares
 
 
 class TableError(RuntimeError):
@@ -64,7 +64,7 @@ class EigenrayTable:
     planes: tuple[TablePlane, ...] = field(repr=False)
     """Tables for single source depths, increasing."""
     cell_states: tuple[Bytes, ...] = field(repr=False)
-    """Mask of the valid cells between each two planes."""
+    """Number of paths in each cell for sources between each two planes, or `EXACT`, shape (rows, cells) each."""
     _recent: dict[float, TablePlane] = field(default_factory=dict, repr=False, compare=False)
 
     def covers(self, source_depth: float) -> bool:
@@ -119,9 +119,9 @@ class EigenrayTable:
         count = paths.astype(np.int64)
         status, missing = np.zeros(len(paths), np.uint8), np.flatnonzero(paths == 0)
         status[missing] = plane.missing_status[cell[0, missing], cell[1, missing]]
-        left = np.flatnonzero(paths == EXACT)
-        if left.size:
-            order = left[np.lexsort((ranges[left], point_depth[left]))]
+        outside = np.flatnonzero(paths == EXACT)
+        if outside.size:
+            order = outside[np.lexsort((ranges[outside], point_depth[outside]))]
             solved, count[order], status[order] = self._exact(source_depth, point_depth[order], ranges[order])
             max_count = max(1, int(count[order].max()))
             if max_count > rays.shape[1]:
@@ -136,7 +136,7 @@ class EigenrayTable:
         return exact_solutions(self.specification.layers, self.family, source_depth, point_depth, ranges)
 
 
-_KEPT = 8
+_KEPT = 8  # interpolated planes of recent source depths
 
 
 def eigenray_table(
@@ -161,12 +161,13 @@ def eigenray_table(
     """
     _check(water, source_depths, point_depths, max_range)
     width = _width(point_depths[1] - point_depths[0], max_range)
-    where = table_grid(water, point_depths, max_range, width, FLATNESS * width)
-    task = TableSpecification(water, family_bounces(family), where)
-    spacing = APART_ON_A_LINE if where.node_depths.size == 1 else APART
-    planes = tuple(build_plane(task, float(depth)) for depth in subdivide(source_depths, water.depth, spacing))
+    grid = table_grid(water, point_depths, max_range, width, FLATNESS * width)
+    specification = TableSpecification(water, family_bounces(family), grid)
+    spacing = APART_ON_A_LINE if grid.node_depths.size == 1 else APART
+    depths = subdivide(source_depths, water.depth, spacing)
+    planes = tuple(build_plane(specification, float(depth)) for depth in depths)
     states = tuple(state_between_planes(above, below) for above, below in pairwise(planes))
-    table = EigenrayTable(family, task, planes, states)
+    table = EigenrayTable(family, specification, planes, states)
     check_sample(table)
     return table
 
@@ -174,11 +175,11 @@ def eigenray_table(
 def _width(span: float, max_range: float) -> float:
     """Width of a cell [m] for points over a span of depths [m] up to some range [m]."""
 
-    def filling(nodes: int) -> float:
-        # (farthest / width) * (span / (FLATNESS * width) + 1) = nodes
+    def width_for(nodes: int) -> float:
+        # (max_range / width) * (span / (FLATNESS * width) + 1) = nodes
         return (max_range + np.sqrt(max_range**2 + 4 * nodes * max_range * span / FLATNESS)) / (2 * nodes)
 
-    return float(max(np.clip(filling(_ENOUGH), *_WIDTHS), filling(_MOST_NODES)))
+    return float(max(np.clip(width_for(_ENOUGH), *_WIDTHS), width_for(_MOST_NODES)))
 
 
 def check_sample(table: EigenrayTable) -> None:
@@ -187,13 +188,13 @@ def check_sample(table: EigenrayTable) -> None:
     Raises:
         TableError: One of them is wrong; the message gives the worst.
     """
-    draw, where = np.random.default_rng(0), table.specification.grid
+    random, grid = np.random.default_rng(0), table.specification.grid
     low, high = table.planes[0].source_depth, table.planes[-1].source_depth
-    sources = [low] if len(table.planes) == 1 else list(draw.uniform(low, high, 4))
+    sources = [low] if len(table.planes) == 1 else list(random.uniform(low, high, 4))
     for source_depth in sources:
         n = _SAMPLE // len(sources)
-        depth = np.sort(draw.uniform(where.node_depths[0], where.node_depths[-1], n))
-        ranges = draw.uniform(0, where.node_ranges[-1], n)
+        depth = np.sort(random.uniform(grid.node_depths[0], grid.node_depths[-1], n))
+        ranges = random.uniform(0, grid.node_ranges[-1], n)
         delay_error, amplitude_error = compare(table.plane_at(source_depth), depth, ranges)
         worst = int(np.argmax(np.maximum(delay_error / LATEST, amplitude_error / MAX_AMPLITUDE_ERROR)))
         if delay_error[worst] > LATEST or amplitude_error[worst] > MAX_AMPLITUDE_ERROR:

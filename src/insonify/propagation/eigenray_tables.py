@@ -1,7 +1,7 @@
 """Eigenrays of a survey: from tables where many are needed, otherwise from the exact solver.
 
-Where seabed and surface are flat, a family needs one line of a table for each of them. Relief and the faces of bodies
-have thousands of points over a span of depths, and get a table of that span; a few point targets are solved exactly.
+Where seabed and surface are flat, a family needs a table of one point depth for each of them. Relief and the faces of
+bodies have thousands of points over a span of depths, and get a table of that span; point targets are solved exactly.
 The choice depends on the scene alone, not on the selected pings, so that a run in parts is bit-identical to one run.
 """
 
@@ -36,7 +36,7 @@ Floats = NDArray[np.float64]
 SPAN = 2.0
 """Largest span of source depths of one table, where the sonar's depth varies continuously [m]."""
 MAX_TABLES = 4
-"""Number of such tables kept for one family and boundary: a diving sonar discards the oldest."""
+"""Largest number of such tables in memory for one family and boundary: the least recently used is discarded [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class FamilyRays:
 
     family: str
     rays: Floats
-    """See `insonify.propagation._eigenray_kernel`, shape (n, most rays to one point, COLUMNS)."""
+    """Columns of `insonify.propagation._eigenray_kernel` of all rays, shape (n, most rays to one point, COLUMNS)."""
     count: NDArray[np.int64]
     """Number of rays to each point, shape (n,)."""
     missing_status: NDArray[np.uint8]
@@ -100,7 +100,7 @@ class EigenrayTables:
     terrain_depths: tuple[float, float]
     """Least and greatest depth of the seabed [m]; equal for a flat seabed."""
     tables: dict[tuple[str, Boundary, int], EigenrayTable | None] = field(default_factory=dict, repr=False)
-    """Tables by key; None where a table failed its check."""
+    """Tables by family, boundary and index of the span of source depths; None where a table failed its check."""
     lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
 
     def __reduce__(self) -> tuple[type["EigenrayTables"], tuple[Any, ...]]:
@@ -123,7 +123,7 @@ class EigenrayTables:
         return FamilyRays(family, *table.rays(source_depth, depths, ranges))
 
     def covers_depth(self, family: str, boundary: Boundary, source_depth: float) -> bool:
-        """Return True if rays from a depth can be had: the table covers it, or there is none and the solver is exact.
+        """Return True if rays from a depth exist: the table covers it, or the exact solver takes the table's part.
 
         Args:
             family: Name of the family.
@@ -137,8 +137,8 @@ class EigenrayTables:
         """Table of a family for points on a boundary; None where the exact solver is used."""
         if boundary == "target" and not self.has_bodies:
             return None
-        which, span = self._part(source_depth)
-        key = (family, boundary, which)
+        index, span = self._depth_span(source_depth)
+        key = (family, boundary, index)
         with self.lock:
             table = self.tables.pop(key) if key in self.tables else self._make(family, boundary, span)
             self.tables[key] = table  # most recently used last
@@ -147,22 +147,22 @@ class EigenrayTables:
                 del self.tables[peers[0]]
         return table
 
-    def _part(self, source_depth: float) -> tuple[int, tuple[float, float]]:
-        """Index of the table for a sonar depth, and the depth span of that table [m]."""
+    def _depth_span(self, source_depth: float) -> tuple[int, tuple[float, float]]:
+        """Index of the table for a sonar depth, and the span of sonar depths of that table [m]."""
         depths = self.domain.source_depths
         if not self.domain.is_span:
             nearest = int(np.argmin(np.abs(np.array(depths) - source_depth)))
             return nearest, (depths[nearest],) * 2
-        parts = max(1, math.ceil((depths[-1] - depths[0]) / SPAN))
-        edges = np.linspace(depths[0], depths[-1], parts + 1)
-        which = min(max(int(np.searchsorted(edges, source_depth, side="right")) - 1, 0), parts - 1)
-        return which, (float(edges[which]), float(edges[which + 1]))
+        count = max(1, math.ceil((depths[-1] - depths[0]) / SPAN))
+        borders = np.linspace(depths[0], depths[-1], count + 1)
+        index = min(max(int(np.searchsorted(borders, source_depth, side="right")) - 1, 0), count - 1)
+        return index, (float(borders[index]), float(borders[index + 1]))
 
     def _make(self, family: str, boundary: Boundary, source_depths: tuple[float, float]) -> EigenrayTable | None:
-        span = {"seabed": self.terrain_depths, "surface": (0.0, 0.0)}.get(boundary, self.domain.point_depths)
+        point_depths = {"seabed": self.terrain_depths, "surface": (0.0, 0.0)}.get(boundary, self.domain.point_depths)
         try:
             return eigenray_table(
-                self.column, family, source_depths=source_depths, point_depths=span,
+                self.column, family, source_depths=source_depths, point_depths=point_depths,
                 max_range=max(self.domain.max_range, 1.0),
             )  # fmt: skip
         except TableError as error:

@@ -19,9 +19,9 @@ Floats = NDArray[np.float64]
 NEAREST = 2.0
 """Least distance in a table [m]."""
 RANGE_STEP, DEPTH_STEP = 0.25, 0.5
-"""Spacing of the distances, and largest spacing of the depths, of which there are three at least [m]."""
+"""Spacing of the distances, and largest spacing of the at least three depths [m]."""
 PROBES = 64
-"""Random positions at which a table is compared with what it represents."""
+"""Number of random positions at which a table is compared with the expansions themselves."""
 DELAY_ERROR, LOG_ERROR = 2e-10, 1e-4
 """Largest error of an element's delay [s], and of the logarithm of its pressure [1]."""
 
@@ -33,15 +33,15 @@ class ExpansionTable(NamedTuple):
     """Nodes of each family."""
 
     def read(self, distance: Floats, depth: Floats, is_needed: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.bool_]]:
-        """Terms of the legs to n points.
+        """Terms of the legs to n points, interpolated.
 
         Args:
-            distance: Horizontal distances [m], (n,).
-            depth: Depths [m], (n,).
+            distance: Horizontal distances of the points [m], (n,).
+            depth: Depths of the points [m], (n,).
             is_needed: True for the legs to evaluate, (f, n); others get zeros.
 
         Returns:
-            The terms, (f, TERMS, n), and True for points outside the table, (n,).
+            The terms, see `aperture_expansion.TERMS`, (f, TERMS, n), and True for points outside the table, (n,).
         """
         terms, is_outside = np.zeros((len(self.nodes), TERMS, len(distance))), np.empty(len(distance), bool)
         for row, nodes in enumerate(self.nodes):
@@ -58,8 +58,8 @@ def expansion_table(
     Args:
         evaluate: Function of distances and depths [m], (n,): terms of the only ray of each family, (f, TERMS, n), NaN
             for no ray or one near a caustic; None where several rays of a family reach any of the points.
-        depth_limits: Least and greatest depth [m].
-        max_range: Greatest distance [m].
+        depth_limits: Least and greatest depth of the points [m].
+        max_range: Greatest horizontal distance of the points [m].
         aperture_extent: Largest offset of elements from the array's centre, horizontal and vertical [m].
     """
     low, high = depth_limits[0], max(depth_limits[1], depth_limits[0] + 1e-3)
@@ -75,11 +75,11 @@ def expansion_table(
             for nodes in by_node
         )
     )
-    draw = np.random.default_rng(0)
-    distance, depth = NEAREST * (ranges[-1] / NEAREST) ** draw.random(PROBES), draw.uniform(low, high, PROBES)
+    random = np.random.default_rng(0)
+    distance, depth = NEAREST * (ranges[-1] / NEAREST) ** random.random(PROBES), random.uniform(low, high, PROBES)
     exact = evaluate(distance, depth)
     if exact is None or np.isnan(exact).any():
         return None
-    found, _ = table.read(distance, depth, np.ones((len(values), PROBES), bool))
-    delay, logarithm = largest_change(found - exact, aperture_extent)
-    return table if delay.max() <= DELAY_ERROR and logarithm.max() <= LOG_ERROR else None
+    interpolated, _ = table.read(distance, depth, np.ones((len(values), PROBES), bool))
+    delay_error, log_error = largest_change(interpolated - exact, aperture_extent)
+    return table if delay_error.max() <= DELAY_ERROR and log_error.max() <= LOG_ERROR else None

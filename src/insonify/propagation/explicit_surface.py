@@ -1,13 +1,13 @@
-"""Legs off explicit waves: one for every point of the surface that reflects a path, each at its own time.
+"""Legs reflected by explicit waves: one for every point of the surface that reflects a path.
 
-A path bounces where its length is stationary: once on a calm sea, at one point for every facet of the right slope on a
-rough one. Each such point is a leg of its own, whose spreading follows from the curvature of the path's length there
+A path is reflected where its length is stationary: at one point of a calm sea, on a rough one at each point of the
+right slope. Each such point is a leg of its own, whose spreading follows from the curvature of the path's length there
 (Kirchhoff's integral by stationary phase): troughs and crests focus or defocus. Where two legs merge at a fold, the
 Airy function limits both. Waves too short to be explicit reduce each leg to its coherent part and add glints, see
 `glints`.
 
-Waves are slow compared with sound: each bounce is evaluated on the surface frozen at the time of reflection.
-
+Heights and slopes are those at the time at which sound arrives at each point: slopes include the motion of the waves
+while the sound travels from one point of the surface to the next.
 In layered water the length is the travel time times the speed at the surface, by refracted rays to both ends. Rays that
 turn before or after the surface keep the bounce of a calm one.
 """
@@ -53,25 +53,26 @@ Integers = NDArray[np.int64]
 MAX_BOUNCE_POINTS = 16
 """Largest number of bounce points of one leg: the weakest beyond that are left out [1]."""
 BANDS, SECTORS = 24, 8
-"""Number of wavelengths and directions of the wind waves."""
+"""Number of bands of wavelength, and of directions in each, of the explicit wind waves: 192 waves."""
 STEEPEST = 4.5
 """Largest slope in the search for bounce points, over the rms slope [1]."""
 NODES = 8.0
-"""Search points per shortest wavelength."""
+"""Search points per shortest explicit wavelength [1]."""
 SHARED = 12.0
-"""Shortest wavelength over the size of the cell whose points share a search [1]."""
+"""Shortest explicit wavelength over the size of the cell whose points share a search [1]."""
 APART = 2.0
-"""Distance at which two bounce points have independent glints, over the shortest wavelength [1]."""
+"""Distance at which two bounce points have independent glints, over the shortest explicit wavelength [1]."""
 _NORTH, _EAST, _HEIGHT, _BEFORE, _AFTER, _COSINE, _SINE, _WEAK, _STRONG, _FOURTH, _ASIDE, _GRADIENT = range(12)
+"""First columns of a bounce point, see `_stationary_point_kernel.COLUMNS`."""
 
 
 class ExplicitWaves(NamedTuple):
     """Explicit waves of a surface."""
 
     waves: Floats
-    """Cycles per metre north and east, per second (negative), phase [cycles], amplitude [m], shape (5, m)."""
+    """Wavenumber north and east [1/m], minus frequency [Hz], phase [cycles], amplitude [m] of m waves, shape (5, m)."""
     max_slope: float
-    """Slope that the surface exceeds very rarely [1]."""
+    """Slope that the surface exceeds rarely or never: 4.5 times its rms, or the sum over all waves if less [1]."""
     shortest_wavelength: float
     """Shortest explicit wavelength [m]."""
 
@@ -90,54 +91,50 @@ def explicit_waves(surface: Surface, seed: int, water_depth: float) -> ExplicitW
     columns, lengths = [], []
     if surface.swell is not None:
         k = 2 * math.pi / surface.swell.length
-        turning = float(angular_frequency(k, water_depth=water_depth)) / (2 * math.pi)
+        swell_frequency = float(angular_frequency(k, water_depth=water_depth)) / (2 * math.pi)
         north, east = math.cos(surface.wave_direction), math.sin(surface.wave_direction)
-        swell_wave = [
-            north / surface.swell.length,
-            east / surface.swell.length,
-            -turning,
-            0.0,
-            surface.swell.height / 2,
-        ]
-        columns.append(np.array(swell_wave)[:, None])
-        lengths.append(surface.swell.length)
+        length, amplitude = surface.swell.length, surface.swell.height / 2
+        columns.append(np.array([north / length, east / length, -swell_frequency, 0.0, amplitude])[:, None])
+        lengths.append(length)
     if surface.wind_speed is not None:
         spectrum = Elfouhaily(surface.wind_speed)
-        drawn = SeaSurface(
+        wind_sea = SeaSurface(
             spectrum, ElfouhailySpreading(spectrum), surface.wave_direction, seed, surface.shortest_explicit_wavelength,
             water_depth, BANDS, SECTORS,
         )  # fmt: skip
-        cycles = np.stack([*drawn.wavenumber, -drawn.frequency]) / (2 * math.pi)
-        columns.append(np.concatenate([cycles, drawn.phase[None], drawn.amplitude[None]]))
+        cycles = np.stack([*wind_sea.wavenumber, -wind_sea.frequency]) / (2 * math.pi)
+        columns.append(np.concatenate([cycles, wind_sea.phase[None], wind_sea.amplitude[None]]))
         lengths.append(surface.shortest_explicit_wavelength)
     waves = np.concatenate(columns, axis=1)
-    steep = waves[4] * 2 * math.pi * np.hypot(waves[0], waves[1])
-    slope = min(float(steep.sum()), STEEPEST * float(np.sqrt(np.sum(steep**2) / 2)))
-    return ExplicitWaves(np.ascontiguousarray(waves), slope, min(lengths))
+    slopes = waves[4] * 2 * math.pi * np.hypot(waves[0], waves[1])
+    max_slope = min(float(slopes.sum()), STEEPEST * float(np.sqrt(np.sum(slopes**2) / 2)))
+    return ExplicitWaves(np.ascontiguousarray(waves), max_slope, min(lengths))
 
 
 class SurfaceRays(NamedTuple):
-    """Refracted rays of one family's legs, in units of the speed at the surface."""
+    """Refracted rays of one family's legs to n scatterers; slownesses [1] are times the sound speed at the surface."""
 
     rays: Floats
-    """Product of both spreading distances [m^2], length [m], slowness before and after, (n, the greatest count, 4)."""
+    """By each of k bounce points: product of the spreading distances of both rays [m^2], length of both [m],
+    horizontal slowness before and after the bounce [1], shape (n, k, 4)."""
     calm: Floats
-    """Off a calm surface: spreading distance, length [m], slowness, travel time [m], 0 for none, shape (n, 4)."""
+    """By a calm surface: spreading distance [m], length [m], horizontal slowness [1], travel time times the speed at
+    the surface [m], 0 where no ray arrives, shape (n, 4)."""
     speed: float
     """Sound speed at the surface [m/s]."""
 
 
 class SurfaceBouncePoints(NamedTuple):
-    """Bounce points of one family's legs."""
+    """Bounce points of one family's legs to n scatterers, at most k for each."""
 
     bounce_count: Integers
     """Number of bounce points of each leg, shape (n,)."""
     points: Floats
-    """Columns of the bounce points, nearest to the sonar first, shape (n, the greatest count, COLUMNS)."""
+    """Columns of the bounce points, nearest to the sonar first, 1 beyond the count, shape (n, k, COLUMNS)."""
     sonar_position: Floats
-    """North and east of the sonar from the sea's origin, depth with bottom bounces unfolded [m], shape (3,)."""
+    """North and east of the sonar re the origin of the waves, depth with bottom bounces unfolded [m], shape (3,)."""
     point_positions: Floats
-    """North, east and unfolded depth of the points [m], shape (n, 3)."""
+    """North and east of the scatterers re that origin, depth with bottom bounces unfolded [m], shape (n, 3)."""
     refracted: SurfaceRays | None = None
     """Rays in layered water; None: straight ones."""
 
@@ -158,47 +155,48 @@ def find_bounce_points(
         is_transmit_leg: True for transmit legs, False for receive legs.
         max_count: Largest number of bounce points for one leg.
     """
-    string, bed = bounce_sequence(family), scene.seabed.depth
-    before, after = string.index("S"), len(string) - 1 - string.index("S")
+    sequence, bed = bounce_sequence(family), scene.seabed.depth
+    bottoms_before, bottoms_after = sequence.index("S"), len(sequence) - 1 - sequence.index("S")
     origin = np.array([*scene.seabed.scatterer_grid.origin, 0.0])
     speed = float(scene.water.sound_speed_at(sonar_end.position[2]))
-    size = sea.shortest_wavelength / SHARED
-    positions, water = scatterers.position, surface_water(scene, speed, before > 0, after > 0)
+    cell_size = sea.shortest_wavelength / SHARED
+    positions, water = scatterers.position, surface_water(scene, speed, bottoms_before > 0, bottoms_after > 0)
     if water.depth.size:
         positions = np.column_stack([positions[:, :2], np.clip(positions[:, 2], 0.0, water.depth[-1])])
-    cells = _cells(positions, scene.seabed.scatterer_grid, size)
+    cells = _cells(positions, scene.seabed.scatterer_grid, cell_size)
 
-    def node_values(nodes: Floats) -> tuple[Floats, Floats]:
+    def ends_and_times(nodes: Floats) -> tuple[Floats, Floats]:  # unfolded [m]; time at which sound begins the leg [s]
         transmit_delay = 0.0 if is_transmit_leg else np.linalg.norm(nodes - sonar_end.transmit_position, axis=1) / speed
         ends = nodes - origin
-        ends[:, 2] = _unfolded_depth(nodes[:, 2], after, bed)
+        ends[:, 2] = _unfolded_depth(nodes[:, 2], bottoms_after, bed)
         return ends, sonar_end.ping_time + np.broadcast_to(transmit_delay, len(nodes))
 
     start = sonar_end.position - origin
-    start[2] = _unfolded_depth(sonar_end.position[2], before, bed)
-    ends, base = node_values(positions)
-    count, at = np.zeros(len(ends), np.int64), np.empty((len(ends), max_count, COLUMNS))
-    groups = LegEnds(ends, base, cells.first_row, cells.order, *node_values(cells.centre))
-    at_surface = float(water.speed[0]) if water.depth.size else speed
-    search = BounceSearch(sea.max_slope, sea.shortest_wavelength / NODES, size, 2 * math.pi * frequency / at_surface)
-    bounce_points(start, groups, is_transmit_leg, sea.waves, water, search, count, at)
-    at = at[:, : max(1, int(count.max(initial=0)))].copy()
-    at[np.arange(at.shape[1]) >= count[:, None]] = 1.0
+    start[2] = _unfolded_depth(sonar_end.position[2], bottoms_before, bed)
+    ends, times = ends_and_times(positions)
+    count, points = np.zeros(len(ends), np.int64), np.empty((len(ends), max_count, COLUMNS))
+    groups = LegEnds(ends, times, cells.first_row, cells.order, *ends_and_times(cells.centre))
+    surface_speed = float(water.speed[0]) if water.depth.size else speed
+    wavenumber = 2 * math.pi * frequency / surface_speed
+    search = BounceSearch(sea.max_slope, sea.shortest_wavelength / NODES, cell_size, wavenumber)
+    bounce_points(start, groups, is_transmit_leg, sea.waves, water, search, count, points)
+    points = points[:, : max(1, int(count.max(initial=0)))].copy()
+    points[np.arange(points.shape[1]) >= count[:, None]] = 1.0
     if not water.depth.size:
-        return SurfaceBouncePoints(count, at, start, ends)
-    rays, calm = np.empty((*at.shape[:2], 4)), np.empty((len(ends), 4))
-    bounce_rays(start, ends, at, water, rays, calm)
+        return SurfaceBouncePoints(count, points, start, ends)
+    rays, calm = np.empty((*points.shape[:2], 4)), np.empty((len(ends), 4))
+    bounce_rays(start, ends, points, water, rays, calm)
     count[calm[:, 3] == 0] = 0
-    return SurfaceBouncePoints(count, at, start, ends, SurfaceRays(rays, calm, at_surface))
+    return SurfaceBouncePoints(count, points, start, ends, SurfaceRays(rays, calm, surface_speed))
 
 
 def explicit_surface_legs(
     legs: Legs, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, sonar_end: SonarEnd
 ) -> tuple[Legs, Legs]:
-    """Legs off all bounce points of an explicit sea surface.
+    """Legs by all bounce points of an explicit sea surface.
 
     Args:
-        legs: Legs off a flat surface, f families to n points, with at most one surface bounce each.
+        legs: Legs reflected by a flat surface, f families to n points, with at most one surface bounce each.
         scene: The scene.
         seed: Seed of the scenario.
         scatterers: Ends of the legs.
@@ -206,7 +204,7 @@ def explicit_surface_legs(
         sonar_end: End of the sonar at which the legs begin, and its time.
 
     Returns:
-        Transmit legs and receive legs; further rays of a family are numbered from the bounce nearest to the sonar.
+        Transmit legs and receive legs; the rays of a family are numbered from the bounce nearest to the sonar.
     """
     surface_rows = [row for row, family in enumerate(legs.families) if surface_bounces(family)]
     if not surface_rows:
@@ -214,25 +212,27 @@ def explicit_surface_legs(
     if scene.water.layered:
         legs, surface_rows = _separate_rising_rays(legs)
     sea = explicit_waves(scene.surface, seed, scene.seabed.depth)
-    out_and_back = []
-    for out in (True, False):
+    transmit_and_receive = []
+    for is_transmit_leg in (True, False):
         bounces = {
             row: find_bounce_points(
-                sea, legs.families[row], scatterers, sonar_end, scene, frequency, is_transmit_leg=out
+                sea, legs.families[row], scatterers, sonar_end, scene, frequency, is_transmit_leg=is_transmit_leg
             )
             for row in surface_rows
         }
-        moved, sines, bounce_points = _moved(legs, bounces, scene, scatterers, frequency, float(sonar_end.position[2]))
+        reflected, sines, bounce_positions = _legs_by_bounce_points(
+            legs, bounces, scene, scatterers, frequency, float(sonar_end.position[2])
+        )
         with_glints = _with_rough_reflection(
-            moved, sines, GlintBouncePoints(bounce_points, APART * sea.shortest_wavelength), scene, seed, scatterers,
-            frequency, sonar_end,
+            reflected, sines, GlintBouncePoints(bounce_positions, APART * sea.shortest_wavelength), scene, seed,
+            scatterers, frequency, sonar_end,
         )  # fmt: skip
-        out_and_back.append(with_glints[not out])
-    return out_and_back[0], out_and_back[1]
+        transmit_and_receive.append(with_glints[0 if is_transmit_leg else 1])
+    return transmit_and_receive[0], transmit_and_receive[1]
 
 
 def _separate_rising_rays(legs: Legs) -> tuple[Legs, list[int]]:
-    """Legs whose rays that do not turn have a row of their own, and the rows of those off the surface.
+    """Legs of which rays that do not turn have a row of their own, and the rows that explicit waves reflect.
 
     Only rays of S turn, before the surface or after it: those leave downwards or arrive upwards.
     """
@@ -248,95 +248,101 @@ def _separate_rising_rays(legs: Legs) -> tuple[Legs, list[int]]:
     if "S" not in legs.families:
         return separated, surface_rows
     first, mine = (rows.index(legs.families.index("S")), [r for r, name in enumerate(legs.families) if name == "S"])
-    source, points = np.array(mine)[np.argmax(rising[mine], axis=0)], np.arange(rising.shape[1])
+    rising_row, points = np.array(mine)[np.argmax(rising[mine], axis=0)], np.arange(rising.shape[1])
     for name in (*LEG_COLUMNS, "caustic"):
         column = getattr(separated, name)
         if column is not None:
-            column[first] = getattr(legs, name)[source, points]
+            column[first] = getattr(legs, name)[rising_row, points]
     if separated.aperture_expansion is not None and legs.aperture_expansion is not None:
-        separated.aperture_expansion[first] = legs.aperture_expansion[source, :, points].T
+        separated.aperture_expansion[first] = legs.aperture_expansion[rising_row, :, points].T
     absent = [(first, ~rising[mine].any(axis=0))]
     absent += [(to, rising[row]) for to, row in enumerate(rows) if to > first and legs.families[row] == "S"]
-    for row, which in absent:
-        separated.status[row][which], separated.visibility[row][which] = LegStatus.SHADOW, 0.0
+    for row, is_absent in absent:
+        separated.status[row][is_absent], separated.visibility[row][is_absent] = LegStatus.SHADOW, 0.0
     return separated, surface_rows
 
 
-def _moved(
+def _legs_by_bounce_points(
     legs: Legs, surface_points: dict[int, SurfaceBouncePoints], scene: Scene, scatterers: Scatterers, frequency: float,
     sonar_depth: float,
 ) -> tuple[Legs, Floats, Floats]:  # fmt: skip
-    """Legs with one row for each bounce point off the surface, sine of the grazing angle and position of the bounce."""
+    """Legs with one row for each bounce point, of which `surface_points` has those of some rows of the given legs.
+
+    Returns:
+        The legs; sine of the angle between path and horizontal at each bounce [1], shape (rows, n); north and east of
+        each bounce re the origin of the waves [m], shape (rows, n, 2).
+    """
     rows: list[int] = []
-    number: list[int] = []
+    branches: list[int] = []
     for row, family in enumerate(legs.families):
-        bounced = row in surface_points
-        branch_count = max(1, int(surface_points[row].bounce_count.max(initial=0))) if bounced else 1
+        has_points = row in surface_points
+        branch_count = max(1, int(surface_points[row].bounce_count.max(initial=0))) if has_points else 1
         rows += [row] * branch_count
         first = sum(legs.families[earlier_row] == family for earlier_row in rows[:-branch_count])
-        number += range(first, first + branch_count)
-    moved = replace(leg_rows(legs, rows), branch=tuple(number))
-    caustic = np.ones(moved.delay.shape, complex) if moved.caustic is None else moved.caustic
-    moved = replace(moved, caustic=caustic)
-    sines, bounce_points = np.full(moved.delay.shape, 1e-6), np.zeros((*moved.delay.shape, 2))
+        branches += range(first, first + branch_count)
+    reflected = replace(leg_rows(legs, rows), branch=tuple(branches))
+    caustic = np.ones(reflected.delay.shape, complex) if reflected.caustic is None else reflected.caustic
+    reflected = replace(reflected, caustic=caustic)
+    sines, bounce_positions = np.full(reflected.delay.shape, 1e-6), np.zeros((*reflected.delay.shape, 2))
     wavenumber = 2 * math.pi * frequency / float(scene.water.sound_speed_at(0.0))
     spread = {row: bounce_spreading(points_of_row, wavenumber) for row, points_of_row in surface_points.items()}
-    for to, (row, branch) in enumerate(zip(rows, number, strict=True)):
+    for to, (row, branch) in enumerate(zip(rows, branches, strict=True)):
         if row in surface_points:
             exists = (surface_points[row].bounce_count > branch) & (legs.status[row] < LegStatus.SHADOW)
             sines[to] = np.where(exists, surface_points[row].points[:, branch, _SINE], sines[to])
-            bounce_points[to] = surface_points[row].points[:, branch, _NORTH : _EAST + 1]
-            strength = spread[row][exists, branch]
-            moved.spreading[to, exists] *= np.abs(strength) * _calm_distance(surface_points[row], exists)
-            caustic[to, exists] = strength / np.abs(strength)
-            _bounce(moved, to, surface_points[row], branch, exists, scene)
-            update_grazing(moved, to, scatterers.normal)
-            moved.status[to][~exists] = LegStatus.SHADOW
-            moved.visibility[to][~exists] = 0.0
+            bounce_positions[to] = surface_points[row].points[:, branch, _NORTH : _EAST + 1]
+            spreading = spread[row][exists, branch]
+            reflected.spreading[to, exists] *= np.abs(spreading) * _calm_distance(surface_points[row], exists)
+            caustic[to, exists] = spreading / np.abs(spreading)
+            _redirect(reflected, to, surface_points[row], branch, exists, scene)
+            update_grazing(reflected, to, scatterers.normal)
+            reflected.status[to][~exists] = LegStatus.SHADOW
+            reflected.visibility[to][~exists] = 0.0
         elif surface_bounces(legs.families[row]):  # rays that turn
             sines[to] = calm_grazing_sine(legs, row, scene, sonar_depth)
-    return moved, sines, bounce_points
+    return reflected, sines, bounce_positions
 
 
-def _bounce(
+def _redirect(
     legs: Legs, row: int, surface_points: SurfaceBouncePoints, branch: int, has_bounce: NDArray[np.bool_], scene: Scene
 ) -> None:  # fmt: skip
-    """Redirect one row of legs off a flat surface over their bounce points, in place.
+    """Redirect one row of legs from the bounce on a flat surface to one of their bounce points, in place.
 
     Evaluated as a change of the flat surface's leg, so that bottom bounces keep their local planes over relief.
     """
     at = surface_points.points[has_bounce, branch].T
     point = np.stack([at[_NORTH], at[_EAST], -at[_HEIGHT]], axis=1)
-    flat = _level(surface_points, has_bounce)
-    string, refracted = bounce_sequence(legs.families[row]), surface_points.refracted
-    before = string.index("S")
-    after = len(string) - 1 - before
-    steep = [legs.departure[row, has_bounce, 2], legs.arrival[row, has_bounce, 2]]
+    to_image = _vector_to_image(surface_points, has_bounce)
+    sequence, refracted = bounce_sequence(legs.families[row]), surface_points.refracted
+    bottoms_before = sequence.index("S")
+    bottoms_after = len(sequence) - 1 - bottoms_before
+    flat_sines = [legs.departure[row, has_bounce, 2], legs.arrival[row, has_bounce, 2]]
     if refracted is None:
-        norm = np.linalg.norm(flat, axis=1)
+        norm = np.linalg.norm(to_image, axis=1)
         length = legs.length[row, has_bounce] + (at[_BEFORE] + at[_AFTER] - norm)
         legs.delay[row, has_bounce] *= length / legs.length[row, has_bounce]
-        flat /= norm[:, None]
-        out_and_back = (point - surface_points.sonar_position) / at[_BEFORE, :, None], flat
-        onward = (surface_points.point_positions[has_bounce] - point) / at[_AFTER, :, None], flat * (1, 1, -1)
+        to_image /= norm[:, None]
+        departures = (point - surface_points.sonar_position) / at[_BEFORE, :, None], to_image
+        arrivals = (surface_points.point_positions[has_bounce] - point) / at[_AFTER, :, None], to_image * (1, 1, -1)
     else:
         rays, calm = refracted.rays[has_bounce, branch], refracted.calm[has_bounce]
         length = legs.length[row, has_bounce] + rays[:, 1] - calm[:, 1]
         legs.delay[row, has_bounce] += (at[_BEFORE] + at[_AFTER] - calm[:, 3]) / refracted.speed
-        out_and_back, onward = _refracted_directions(
-            surface_points, rays, calm, point, flat, has_bounce, (before, after), scene
+        departures, arrivals = _refracted_directions(
+            surface_points, rays, calm, point, to_image, has_bounce, (bottoms_before, bottoms_after), scene
         )
     legs.absorption[row, has_bounce] *= legs.absorption[row, has_bounce] ** (length / legs.length[row, has_bounce] - 1)
     legs.caustics[row, has_bounce] = ((at[_WEAK] < 0) & (at[_GRADIENT] == 0)).astype(np.uint8) + (at[_STRONG] < 0)
     legs.length[row, has_bounce] = length
-    for column, (direction, mirror), bottoms in ((legs.departure, out_and_back, before), (legs.arrival, onward, after)):
-        turned = column[row, has_bounce] + (direction - mirror) * (1, 1, (-1) ** bottoms)
-        column[row, has_bounce] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    both_ends = (legs.departure, departures, bottoms_before), (legs.arrival, arrivals, bottoms_after)
+    for column, (direction, flat_direction), bottoms in both_ends:
+        changed = column[row, has_bounce] + (direction - flat_direction) * (1, 1, (-1) ** bottoms)
+        column[row, has_bounce] = changed / np.linalg.norm(changed, axis=1, keepdims=True)
     departure, arrival = legs.departure[row, has_bounce], legs.arrival[row, has_bounce]
     # The bottom's coefficient follows the changed angle of incidence.
     for count, old_sine, new_sine, side in (
-        (before, steep[0], departure[:, 2], 2),
-        (after, steep[1], arrival[:, 2], 3),
+        (bottoms_before, flat_sines[0], departure[:, 2], 2),
+        (bottoms_after, flat_sines[1], arrival[:, 2], 3),
     ):
         if count:
             if refracted is not None:
@@ -352,21 +358,25 @@ def _bounce(
 
 
 def _refracted_directions(
-    surface_points: SurfaceBouncePoints, rays: Floats, calm: Floats, point: Floats, flat: Floats,
+    surface_points: SurfaceBouncePoints, rays: Floats, calm: Floats, point: Floats, to_image: Floats,
     has_bounce: NDArray[np.bool_], bottoms: tuple[int, int], scene: Scene,
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:  # fmt: skip
-    """Directions at the sonar by the bounce and off a calm surface, and both at the points; bottoms unfolded."""
+    """Directions of travel at the sonar by the bounce and by a calm surface, and both at the points; bottoms unfolded.
+
+    Rays, calm rays (see `SurfaceRays`), bounce point and `_vector_to_image` [m] are those of legs that have the bounce;
+    the bottoms are the numbers of bottom bounces before and after it.
+    """
     assert surface_points.refracted is not None
     ends, bed = surface_points.point_positions[has_bounce], scene.seabed.depth
-    at_surface = surface_points.refracted.speed
+    surface_speed = surface_points.refracted.speed
     directions = []
     for side, position, count in ((0, surface_points.sonar_position, bottoms[0]), (1, ends, bottoms[1])):
         depth = np.asarray(position)[..., 2]
-        ratio = scene.water.sound_speed_at(2 * bed - depth if count else depth) / at_surface
+        speed_ratio = scene.water.sound_speed_at(2 * bed - depth if count else depth) / surface_speed
         sense = -1.0 if side == 0 else 1.0
-        pair = []
-        for slowness, offset in ((rays[:, 2 + side], -sense * (point - position)[:, :2]), (calm[:, 2], flat[:, :2])):
-            cosine = np.minimum(slowness * ratio, 1.0)
+        pair, by_bounce = [], (rays[:, 2 + side], -sense * (point - position)[:, :2])
+        for slowness, offset in (by_bounce, (calm[:, 2], to_image[:, :2])):
+            cosine = np.minimum(slowness * speed_ratio, 1.0)
             along = offset / np.maximum(np.linalg.norm(offset, axis=1), 1e-12)[:, None]
             pair.append(np.column_stack([along * cosine[:, None], sense * np.sqrt(1 - cosine**2)]))
         directions.append((pair[0], pair[1]))
@@ -374,14 +384,14 @@ def _refracted_directions(
 
 
 def _calm_distance(surface_points: SurfaceBouncePoints, has_bounce: NDArray[np.bool_]) -> Floats:
-    """Spreading distance of some points off a flat surface [m]."""
+    """Spreading distance by a flat surface of the points that have a bounce [m]."""
     if surface_points.refracted is not None:
         return surface_points.refracted.calm[has_bounce, 0]
-    return np.asarray(np.linalg.norm(_level(surface_points, has_bounce), axis=1))
+    return np.asarray(np.linalg.norm(_vector_to_image(surface_points, has_bounce), axis=1))
 
 
-def _level(surface_points: SurfaceBouncePoints, has_bounce: NDArray[np.bool_]) -> Floats:
-    """Vector from the sonar to some points off a flat surface, unfolded at the surface [m], shape (n, 3)."""
+def _vector_to_image(surface_points: SurfaceBouncePoints, has_bounce: NDArray[np.bool_]) -> Floats:
+    """Vector from the sonar to the images in the mean surface of the points that have a bounce [m], shape (b, 3)."""
     ends = surface_points.point_positions[has_bounce]
     return np.column_stack(
         [ends[:, :2] - surface_points.sonar_position[:2], -(ends[:, 2] + surface_points.sonar_position[2])]
@@ -389,7 +399,7 @@ def _level(surface_points: SurfaceBouncePoints, has_bounce: NDArray[np.bool_]) -
 
 
 def bounce_spreading(surface_points: SurfaceBouncePoints, wavenumber: float) -> NDArray[np.complex128]:
-    """Geometric spreading with focusing at each bounce point, re 1 m, with the phase of the caustics touched.
+    """Pressure ratio by spreading with focusing at each bounce point, re 1 m, with the phase of the caustics touched.
 
     With H the second derivatives of the path length as its bounce moves over the surface, and n the cosine there,
     the amplitude is n / (r1 r2 sqrt |det H|), and each negative curvature of H advances the phase by 90 degrees:
@@ -404,7 +414,7 @@ def bounce_spreading(surface_points: SurfaceBouncePoints, wavenumber: float) -> 
         wavenumber: Wavenumber of the sound [rad/m].
 
     Returns:
-        Spreading, shape (n, the greatest count); undefined beyond the count of each leg.
+        Spreading [1/m], shape (n, k); undefined beyond the count of each leg.
     """
     at = surface_points.points
     before, after, cosine, weak, strong, fourth, aside, gradient = (
@@ -422,24 +432,28 @@ def bounce_spreading(surface_points: SurfaceBouncePoints, wavenumber: float) -> 
 def _axis_factor(
     curvature: Floats, fourth: Floats, k: float, merging: NDArray[np.complex128] | None
 ) -> NDArray[np.complex128]:
-    """Contribution of one axis of a bounce, over sqrt(2 pi / k) and the phase of a path of least length [m^0.5]."""
+    """Stationary-phase integral along one axis of a bounce, re that of a path of least length with curvature 1 / m.
+
+    It is 1 / sqrt|curvature| [m^0.5], 90 degrees ahead if that is negative; times the factor for a merging neighbour
+    (None: 1), or near a cusp that by the fourth derivative [1/m^3]; at most the value at the cusp. k is in rad/m.
+    """
     from scipy.special import gamma
 
     size = np.abs(curvature)
-    part = np.asarray(np.where(curvature < 0, 1j, 1.0) / np.sqrt(size), complex)
+    contribution = np.asarray(np.where(curvature < 0, 1j, 1.0) / np.sqrt(size), complex)
     focused = (curvature > 0) & (fourth > 0)
     unmerged = focused if merging is None else focused & (merging == 1)
-    part[unmerged] *= _cusp_factor(0.75 * k * size[unmerged] ** 2 / fourth[unmerged])
+    contribution[unmerged] *= _cusp_factor(0.75 * k * size[unmerged] ** 2 / fourth[unmerged])
     if merging is not None:
-        part = part * merging
-    max_factor = (
+        contribution = contribution * merging
+    cusp_value = (
         math.sqrt(k / (2 * math.pi)) * 2 * gamma(1.25) * np.sqrt(np.sqrt(24 / (k * np.maximum(np.abs(fourth), 1e-30))))
     )
-    return np.asarray(part * np.minimum(1.0, max_factor / np.abs(part)))
+    return np.asarray(contribution * np.minimum(1.0, cusp_value / np.abs(contribution)))
 
 
 def _cusp_factor(z: Floats) -> NDArray[np.complex128]:
-    """Integral of exp(-j k (a u^2 / 2 + d u^4 / 24)) over its value without d, where z = 3 k a^2 / (4 d).
+    """Integral of exp(-j k (a u^2 / 2 + d u^4 / 24)) over u, re its value for d = 0, where z = 3 k a^2 / (4 d) [1].
 
     Source: integral of exp(-p u^2 - q u^4) is sqrt(p / q) / 2 exp(p^2 / 8 q) K_1/4(p^2 / 8 q) (Gradshteyn & Ryzhik
     3.323, not verified; checked by quadrature), with K by DLMF 10.27.8.
@@ -454,22 +468,28 @@ def _cusp_factor(z: Floats) -> NDArray[np.complex128]:
 
 
 def _merging_factors(at: Floats, shadow: NDArray[np.bool_], k: float) -> NDArray[np.complex128]:
-    """Factor of each bounce that merges with its neighbours, 1 for a single one; see `merging_factor`."""
+    """Factor on the pressure of each bounce that merges with a neighbour, 1 for a single one; see `merging_factor`.
+
+    The bounces are given by their columns and by True for folds in whose shadow the scatterer lies; k is in rad/m.
+    """
     length = at[..., _BEFORE] + at[..., _AFTER]
     sign = np.where(at[..., _WEAK] * at[..., _STRONG] < 0, 1.0, -1.0)  # +1 for the bounce that has touched the fold
     factor = np.ones(length.shape, complex)
-    for row in range(length.shape[1] - 1):
-        meeting = ~(shadow[:, row] | shadow[:, row + 1]) & (sign[:, row] != sign[:, row + 1])
-        length_difference = np.abs(length[meeting, row + 1] - length[meeting, row])
+    for bounce in range(length.shape[1] - 1):
+        merges = ~(shadow[:, bounce] | shadow[:, bounce + 1]) & (sign[:, bounce] != sign[:, bounce + 1])
+        length_difference = np.abs(length[merges, bounce + 1] - length[merges, bounce])
         distance = np.maximum(0.75 * k * length_difference, 1e-12) ** (2 / 3)
-        shared = merging_factor(distance, sign[meeting, row])
-        factor[meeting, row] *= shared
-        factor[meeting, row + 1] *= shared.conj()  # on the other side of the fold
+        shared = merging_factor(distance, sign[merges, bounce])
+        factor[merges, bounce] *= shared
+        factor[merges, bounce + 1] *= shared.conj()  # on the other side of the fold
     return factor
 
 
 def _beyond(gradient: Floats, third: Floats, k: float) -> NDArray[np.complex128]:
-    """Contribution of the weak axis in the shadow beyond a fold, in the units of `_axis_factor`."""
+    """Integral along the weak axis in the shadow beyond a fold, as `_axis_factor` [m^0.5].
+
+    Gradient [1] and third derivative [1/m^2] are those of the path length along that axis at the fold; k is in rad/m.
+    """
     from scipy.special import airy
 
     distance = np.abs(gradient) * np.cbrt(2 * k**2 / np.abs(third))
@@ -481,27 +501,27 @@ def _with_rough_reflection(
     legs: Legs, sines: Floats, bounced: GlintBouncePoints, scene: Scene, seed: int, scatterers: Scatterers,
     frequency: float, sonar_end: SonarEnd,
 ) -> tuple[Legs, Legs]:  # fmt: skip
-    """Legs off a surface with waves too short to be explicit; a swell alone leaves them unchanged."""
+    """Transmit and receive legs with the effect of waves too short to be explicit; a swell alone has none."""
     wind = scene.surface.wind_speed
     if wind is None:
         return legs, legs
-    finest = shortest_wavenumber(frequency, float(scene.water.sound_speed_at(0.0)))
-    drawn = 2 * math.pi / scene.surface.shortest_explicit_wavelength
-    waves = wind_waves(wind, finest, drawn)
+    max_wavenumber = shortest_wavenumber(frequency, float(scene.water.sound_speed_at(0.0)))
+    max_explicit_wavenumber = 2 * math.pi / scene.surface.shortest_explicit_wavelength
+    waves = wind_waves(wind, max_wavenumber, max_explicit_wavenumber)
     sea = GlintSurface(scene, seed, frequency, waves, grazing_sines=sines, bounce_points=bounced)
     return sea.legs(legs, scatterers, sonar_end)
 
 
 def _unfolded_depth(depth: Floats, bottom_bounces: int, bed: float) -> Floats:
-    """Depth of a point unfolded at the bottom, for the surface bounce: at most one bottom bounce [m]."""
+    """Depth of a leg's end, or of its image in the bottom if one of the 0 or 1 bottom bounces lies on its side [m]."""
     return np.asarray(2 * bed - depth if bottom_bounces else depth)
 
 
 class PointGroups(NamedTuple):
-    """Points in groups that share a search: cells of the grid, a quarter as high as wide."""
+    """Points in groups that share a search: cells of the scatterer grid, a quarter as high as wide."""
 
     first_row: Integers
-    """First row of each group in the order, and its end, shape (cells + 1,)."""
+    """First row in `order` of each group, and the end of the last, shape (cells + 1,)."""
     order: Integers
     """Rows of the points, group by group, shape (n,)."""
     centre: Floats
@@ -509,7 +529,7 @@ class PointGroups(NamedTuple):
 
 
 def _cells(positions: Floats, scatterer_grid: ScattererGrid, size: float) -> PointGroups:
-    """Group points by grid cells; a group depends on its cell alone."""
+    """Group points by cells of a horizontal size [m]; a cell's centre depends on the grid alone, not on the points."""
     grid_position = scatterer_grid.from_world(positions[:, :2])
     cell = np.floor(np.column_stack([grid_position / size, positions[:, 2] / (size / 4)])).astype(np.int64)
     order = np.lexsort(cell.T).astype(np.int64)

@@ -1,8 +1,8 @@
 """Path families: the boundaries at which a leg bounces, in order from the sonar.
 
-D is direct, S bounced once off the surface, B once off the bottom, SB off the surface and then the
-bottom, and so on (the paper's a, b, c, d, e are D, S, B, SB, BS). Between two flat boundaries the
-letters of a family must alternate.
+D is direct, S has one bounce on the surface, B one on the bottom, SB one on the surface and then one
+on the bottom, and so on (the paper's a, b, c, d, e are D, S, B, SB, BS). Between two flat boundaries
+the letters of a family must alternate.
 """
 
 from functools import lru_cache
@@ -20,12 +20,12 @@ _OWN_LETTER = {"seabed": "B", "surface": "S", "target": "", "water": "", "bounda
 
 
 class Bounces(NamedTuple):
-    """Bounces of a leg off surface and bottom in turn."""
+    """Bounces of a leg on surface and bottom in turn."""
 
     number: int
     """Number of bounces."""
     first_up: bool
-    """True if the first is off the surface; False without bounces."""
+    """True if the first is on the surface; False without bounces."""
 
 
 @lru_cache(maxsize=64)
@@ -53,12 +53,12 @@ def bounce_count(family: str) -> int:
 
 
 def surface_bounces(family: str) -> int:
-    """Number of bounces of a family off the surface."""
+    """Number of bounces of a family on the surface."""
     return family.count("S")
 
 
 def bottom_bounces(family: str) -> int:
-    """Number of bounces of a family off the bottom."""
+    """Number of bounces of a family on the bottom."""
     return family.count("B")
 
 
@@ -82,7 +82,7 @@ def family_bounces(family: str) -> Bounces:
 def families_reaching(boundary: Boundary, chosen: tuple[str, ...]) -> tuple[str, ...]:
     """Families that reach a scatterer on a boundary without counting its scattering twice.
 
-    A reflection off the boundary of the scatterer, right at the scatterer, is already
+    A reflection by the boundary of the scatterer, right at the scatterer, is already
     part of its scattering law: on the seabed B duplicates D, and SB duplicates S.
 
     Args:

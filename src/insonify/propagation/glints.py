@@ -1,18 +1,19 @@
-"""Glints: legs off a rough boundary, the moving surface or the seabed.
+"""Glints: legs reflected by a rough boundary, the moving surface or the seabed.
 
-Reflection off waves leaves a coherent part of a leg, exp(-2 Gamma^2) of the flat surface's pressure for every bounce
-with Gamma = k sigma sin(grazing), and turns the rest into glints: legs by other bounce points, where the surface has
+Waves leave a coherent part of a leg, exp(-2 Gamma^2) of the flat boundary's pressure for every bounce with
+Gamma = k sigma sin(grazing), and turn the rest into glints: legs by other bounce points, where the boundary has
 the required slope, each with a phase that varies at its own frequency. Powers of both add up to that of the flat
-surface, less bubble loss. A glint is a sum of waves of the sea, see `glint_kernel`: its slope, frequency shift and
-phase come from the same waves, so that delays, angles, and coherence over position and time are consistent.
+boundary, less what bubbles absorb and the seabed's law scatters. A glint is a sum of waves, see `glint_kernel`: its
+slope, frequency shift and phase come from the same waves, so that delays, angles, and coherence over position and time
+are consistent.
 
-A glint has one frequency, whereas the sea has a band: after its lifetime another glint replaces it; otherwise a
-synthetic aperture would focus each to a sharp point. Scatterers and glints change at times of their own, and all
-begin with their first.
+A glint of the surface has one frequency, whereas the sea has a band: after its lifetime another glint replaces it;
+otherwise a synthetic aperture would focus each to a sharp point. The glints of each scatterer change at times of their
+own.
 
-The seabed's roughness is constant: its glints last, and change with the bounce point, of which another takes the
-place after a distance instead of a time. A family off both boundaries has glints of both in one, of which one bounce
-at least is incoherent.
+The seabed's roughness is constant: another glint replaces one of its own after the bounce point has moved over a
+distance, not after a time. Where a family is reflected by both boundaries, a glint has all its bounces, of which at
+least one is incoherent.
 
 Scatterers with random phases take two glints each, because many share a resolution cell. Others take several. No echo
 uses one glint for both legs, which is rare among the many that each stands for; see
@@ -49,19 +50,19 @@ from insonify.scene.scene import Scene
 Floats = NDArray[np.float64]
 
 RANDOM_PHASE_GLINTS, FIXED_PHASE_GLINTS = 2, 6
-"""Glints of one leg to a scatterer with a random phase, and to one without."""
+"""Glints of each ray to a scatterer with a random phase; glints to one without, shared by the rays of a family."""
 GLINT_BITS = 4
 """Bits of a glint's identifier that number it among those of its ray."""
 HULL_FAMILY_OFFSET = 32
-"""Families off a hull in a glint's identifier are numbered from here: above those of twelve bounces."""
+"""Family number, in a glint's identifier, at which families below a hull begin: above those of twelve bounces."""
 LIFETIME_FACTOR, REFERENCE_SINE = 32.0, 0.2
-"""Lifetime of a glint, in times in which the sea changes its phase by 1 rad at a bounce; sine of that grazing [1]."""
+"""Lifetime of a glint over the time in which its phase changes by 1 rad rms at this sine of the grazing angle [1]."""
 CELL_FACTOR = 16.0
-"""Side of the cell of a glint off the seabed, in distances over which its phase changes by 1 rad; as above [1]."""
+"""Side of a seabed glint's cell over the distance in which its phase changes by 1 rad rms at the same angle [1]."""
 EXPLICIT_LIFETIME_FACTOR = 2.0
-"""Lifetime of a glint off explicit waves, over it: these decorrelate a leg before its glints do [1]."""
+"""Lifetime of glints of the short waves on explicit ones re that of others: long waves decorrelate a leg first [1]."""
 MIN_COHERENT_FACTOR = 1e-3
-"""Coherent part of a leg below which it is neglected [1]."""
+"""Largest coherent pressure ratio of the legs of a row at which the row is left out [1]."""
 GRADIENT_COUNTER = STAGGER + 1
 """Fourth counter of the random numbers for a glint's phase gradient over the surface."""
 LEG_COLUMNS = (
@@ -94,7 +95,7 @@ class SonarEnd(NamedTuple):
 
 
 class CoherentReflection(NamedTuple):
-    """Coherent reflection of n legs of one family."""
+    """Coherent reflection of n legs of one family: columns of shape (n,); 0 for a boundary that is smooth or absent."""
 
     phase_per_height: Floats
     """Phase per height of one surface bounce, 2 k sin(grazing) [rad/m]."""
@@ -105,7 +106,7 @@ class CoherentReflection(NamedTuple):
     mean_quanta: Floats
     """Mean number of quanta of all bounces together, 4 Gamma^2 for each [1]."""
     transmission: Floats
-    """Pressure ratio of what bubbles and the seabed's scattering law take, all bounces [1]."""
+    """Pressure ratio by bubbles and by what the seabed's law scatters, of all bounces together; 1 without loss [1]."""
     bed_quanta: Floats
     """Mean number of quanta of one bottom bounce [1]."""
 
@@ -116,53 +117,53 @@ class CoherentReflection(NamedTuple):
 
 
 class GlintBouncePoints(NamedTuple):
-    """Bounce points of legs off long waves; those of one family to one scatterer share their glints."""
+    """Bounce points of legs on explicit waves; those of one family to one scatterer share their glints."""
 
     position: Floats
-    """North and east from the waves' origin [m], shape (f, n, 2); read for existing legs only."""
+    """North and east re the origin of the waves [m], shape (f, n, 2); undefined for legs that do not exist."""
     decorrelation_distance: float
     """Distance at which the short waves at two bounce points are uncorrelated [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class GlintSurface:
-    """The rough boundaries of one scene, for sound of one frequency."""
+    """Rough boundaries of one scene, the surface or the seabed or both, for sound of one frequency."""
 
     scene: Scene
     seed: int
     frequency: float
     """Frequency of the sound [Hz]."""
     waves: WindWaves | None
-    """Wind waves of the surface; None: it is no statistical one."""
+    """Wind waves of the surface that make glints; None: it makes none."""
     bed: BedRoughness | None = None
     """Roughness of the seabed; None: it is smooth."""
     grazing_sines: Floats | None = None
     """Sine of the grazing angle at the surface of every leg [1], (f, n); None: that of a flat surface."""
     bounce_points: GlintBouncePoints | None = None
-    """Bounce points on the long waves; None: those of a calm surface, each ray with its own glints."""
+    """Bounce points on explicit waves; None: those of a calm surface, each ray with its own glints."""
     under_hull: bool = False
-    """True: the scene is the water below a hull, whose glints are others than those of the same family off the sea."""
+    """True: the hull takes the surface's part; families have other glints than those of the same name by the sea."""
 
     @property
     def axes(self) -> Floats:
-        """North and east of the waves' direction, and of that to the right of it, shape (2, 2)."""
+        """Unit vectors (north, east) along the waves' direction, and to the right of it, shape (2, 2)."""
         c, s = math.cos(self.scene.surface.wave_direction), math.sin(self.scene.surface.wave_direction)
         return np.array([[c, s], [-s, c]])
 
     @property
     def bed_axes(self) -> Floats:
-        """North and east of the axes of the seabed's cells, shape (2, 2)."""
+        """Unit vectors (north, east) along both axes of the seabed's cells, shape (2, 2)."""
         _, _, c, s = self.scene.seabed.scatterer_grid.frame
         return np.array([[c, s], [-s, c]])
 
     @property
     def glint_lifetime(self) -> float:
-        """Lifetime of a glint [s]: long compared with the coherence time of its phase."""
+        """Lifetime of a surface glint [s], long compared with the coherence time of its phase; inf without waves."""
         if self.waves is None:
             return math.inf
         per_height = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(0.0)) * REFERENCE_SINE
-        lasting = LIFETIME_FACTOR if self.bounce_points is None else EXPLICIT_LIFETIME_FACTOR * LIFETIME_FACTOR
-        return lasting / max(per_height * math.sqrt(self.waves.slope_moments[2, -1]), 1e-9)
+        factor = LIFETIME_FACTOR if self.bounce_points is None else EXPLICIT_LIFETIME_FACTOR * LIFETIME_FACTOR
+        return factor / max(per_height * math.sqrt(self.waves.slope_moments[2, -1]), 1e-9)
 
     @property
     def rough_boundaries(self) -> str:
@@ -171,19 +172,19 @@ class GlintSurface:
 
     @property
     def cell_size(self) -> float:
-        """Side of the cells of the seabed within which a bounce point keeps its glint [m], as `glint_lifetime`."""
+        """Side of the cells of the seabed within which a bounce point keeps its glint [m]; infinite if it is smooth."""
         if self.bed is None:
             return math.inf
         speed = float(self.scene.water.sound_speed_at(self.scene.seabed.depth))
         return CELL_FACTOR / max(4 * math.pi * self.frequency / speed * REFERENCE_SINE * self.bed.slope, 1e-9)
 
     def legs(self, legs: Legs, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
-        """Legs off rough boundaries: rows of the coherent part, followed by rows of glints.
+        """Legs by rough boundaries: rows of the coherent part, followed by rows of glints.
 
-        Transmit and receive legs reflect off the same glints, those of the surface at different times.
+        Transmit and receive legs are reflected by the same glints, those of the surface at different times.
 
         Args:
-            legs: Legs off a flat surface, f families to n points.
+            legs: Legs reflected by flat boundaries, f families to n points.
             scatterers: Ends of the legs.
             sonar_end: End of the sonar at which the legs begin.
 
@@ -194,11 +195,11 @@ class GlintSurface:
         rough_rows = [row for row, family in enumerate(legs.families) if set(rough) & set(bounce_sequence(family))]
         if not rough_rows:
             return legs, legs
-        means = {row: self.coherent_reflection(legs, row, sonar_end) for row in rough_rows}
+        reflection = {row: self.coherent_reflection(legs, row, sonar_end) for row in rough_rows}
         coherent_rows = [
-            r
-            for r in range(len(legs.families))
-            if r not in means or means[r].coherent_factor.max(initial=0.0) > MIN_COHERENT_FACTOR
+            row
+            for row in range(len(legs.families))
+            if row not in reflection or reflection[row].coherent_factor.max(initial=0.0) > MIN_COHERENT_FACTOR
         ]
         glint_count = RANDOM_PHASE_GLINTS
         if not scatterers.has_random_phase:
@@ -207,115 +208,117 @@ class GlintSurface:
         result = leg_rows(legs, coherent_rows + [row for row, _ in glints])
         n = len(scatterers)
         phasor = np.ones((2, len(result.families), n), complex)
-        bed = None if self.bed is None else np.zeros((2, len(result.families), n))
+        quanta = None if self.bed is None else np.zeros((2, len(result.families), n))
         for to, row in enumerate(coherent_rows):
-            if row in means:
-                result.reflection_coefficient[to] *= means[row].coherent_factor * means[row].transmission
+            if row in reflection:
+                result.reflection_coefficient[to] *= reflection[row].coherent_factor * reflection[row].transmission
         for to, (row, number) in enumerate(glints, len(coherent_rows)):
-            share = -np.expm1(-means[row].mean_quanta) / glint_count
-            result.reflection_coefficient[to] *= np.sqrt(share) * means[row].transmission
-            if bed is not None:
-                bed[:, to] = means[row].bed_quanta, means[row].mean_quanta
-            self._apply_glints(result, to, self._code(legs, row, number), means[row], scatterers, sonar_end, phasor)
+            energy = -np.expm1(-reflection[row].mean_quanta) / glint_count  # of one glint, re the reflected one
+            result.reflection_coefficient[to] *= np.sqrt(energy) * reflection[row].transmission
+            if quanta is not None:
+                quanta[:, to] = reflection[row].bed_quanta, reflection[row].mean_quanta
+            code = self._code(legs, row, number)
+            self._apply_glints(result, to, code, reflection[row], scatterers, sonar_end, phasor)
             if self.bounce_points is not None:
-                phasor[:, to] *= self._surface_phasor(
-                    self.bounce_points, row, scatterers.scatterer_id, self._code(legs, row, number)
-                )
-        label = (*(-1,) * len(coherent_rows), *(self._code(legs, row, m) for row, m in glints))
+                phasor[:, to] *= self._surface_phasor(self.bounce_points, row, scatterers.scatterer_id, code)
+        bounce_id = (*(-1,) * len(coherent_rows), *(self._code(legs, row, number) for row, number in glints))
         result = replace(result, branch=_numbered(legs, coherent_rows, glints))
-        out, back = (replace(result, glints=GlintPhasors(label, phasors, bed)) for phasors in phasor)
-        return out, back
+        transmit, receive = (replace(result, glints=GlintPhasors(bounce_id, phasors, quanta)) for phasors in phasor)
+        return transmit, receive
 
     def coherent_reflection(self, legs: Legs, row: int, sonar_end: SonarEnd) -> CoherentReflection:
         """Coherent reflection of one row of legs.
 
         Args:
-            legs: Legs off a mirror.
-            row: A row with a surface bounce.
+            legs: Legs reflected by flat boundaries.
+            row: A row with a bounce on a rough boundary.
             sonar_end: End of the sonar at which the legs begin.
         """
-        string, count = bounce_sequence(legs.families[row]), legs.delay.shape[1]
+        sequence, count = bounce_sequence(legs.families[row]), legs.delay.shape[1]
         zeros = np.zeros(count)
-        phase, quanta, loss = zeros, zeros, np.ones(count)
-        if self.waves is not None and surface_bounces(string):
+        phase, quanta, transmission = zeros, zeros, np.ones(count)
+        if self.waves is not None and surface_bounces(sequence):
             sine = (
                 calm_grazing_sine(legs, row, self.scene, float(sonar_end.position[2]))
                 if self.grazing_sines is None
                 else self.grazing_sines[row]
             )
-            at_surface, bounces = float(self.scene.water.sound_speed_at(0.0)), surface_bounces(string)
-            phase = 4 * math.pi * self.frequency / at_surface * sine
+            surface_speed, bounces = float(self.scene.water.sound_speed_at(0.0)), surface_bounces(sequence)
+            phase = 4 * math.pi * self.frequency / surface_speed * sine
             wind = self.scene.surface.wind_speed
             assert wind is not None  # guaranteed by the surface
-            bubbles = bubble_loss_db(wind, self.frequency, np.arcsin(np.minimum(sine, 1.0)))
-            quanta, loss = bounces * phase**2 * self.waves.variance[-1], 10 ** (-bounces * bubbles / 20)
-        if self.bed is None or not bottom_bounces(string):
-            return CoherentReflection(phase, zeros, zeros, quanta, loss, zeros)
-        depth, bounces = self.scene.seabed.depth, bottom_bounces(string)
+            bubbles_db = bubble_loss_db(wind, self.frequency, np.arcsin(np.minimum(sine, 1.0)))
+            quanta, transmission = bounces * phase**2 * self.waves.variance[-1], 10 ** (-bounces * bubbles_db / 20)
+        if self.bed is None or not bottom_bounces(sequence):
+            return CoherentReflection(phase, zeros, zeros, quanta, transmission, zeros)
+        depth, bounces = self.scene.seabed.depth, bottom_bounces(sequence)
         sine = calm_grazing_sine(legs, row, self.scene, float(sonar_end.position[2]), depth)
         bed_phase = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(depth)) * sine
-        longer, _ = self.bed.longer_waves(legs.families[row], float(sonar_end.position[2]), legs.length[row], sine)
-        bed_quanta, lost = self.bed.mean_quanta(bed_phase, sine, longer)
-        return CoherentReflection(
-            phase, bed_phase, longer, quanta + bounces * bed_quanta, loss * (1 - lost) ** (bounces / 2), bed_quanta
+        long_variance, _ = self.bed.longer_waves(
+            legs.families[row], float(sonar_end.position[2]), legs.length[row], sine
         )
+        bed_quanta, scattered = self.bed.mean_quanta(bed_phase, sine, long_variance)
+        quanta, transmission = quanta + bounces * bed_quanta, transmission * (1 - scattered) ** (bounces / 2)
+        return CoherentReflection(phase, bed_phase, long_variance, quanta, transmission, bed_quanta)
 
     def _code(self, legs: Legs, row: int, number: int) -> int:
-        """Identifier of each glint of each ray of each family, the same for transmit and receive legs.
+        """Identifier of one glint of a row's ray and family, the same for transmit and receive legs.
 
-        Bounce points of one family on long waves share glints: they appear and vanish in pairs, which changes their
+        Bounce points of one family on explicit waves share glints: they appear and vanish in pairs, which changes their
         order.
         """
-        string, branch = bounce_sequence(legs.families[row]), 0 if self.bounce_points is not None else legs.branch[row]
-        family = 2 * len(string) + (first_boundary(string) == "bottom") + HULL_FAMILY_OFFSET * self.under_hull
+        sequence = bounce_sequence(legs.families[row])
+        branch = 0 if self.bounce_points is not None else legs.branch[row]
+        family = 2 * len(sequence) + (first_boundary(sequence) == "bottom") + HULL_FAMILY_OFFSET * self.under_hull
         return (family << 8 | branch << GLINT_BITS) | number
 
     def _surface_phasor(
-        self, bounced: GlintBouncePoints, row: int, position: NDArray[np.uint64], code: int
+        self, bounces: GlintBouncePoints, row: int, scatterer_id: NDArray[np.uint64], code: int
     ) -> NDArray[np.complex128]:
         """Phasor of one glint over the surface [1], shape (n,): equal for merging bounces, independent at a distance.
 
         Each scatterer and glint has its own wavenumber, so small that a slowly moving bounce keeps its phase.
         """
-        low, high = (position & np.uint64(0xFFFFFFFF)).astype(np.int64), (position >> np.uint64(32)).astype(np.int64)
-        drawn = random_keys.uniforms(self.seed, random_keys.GLINT, low, high, code, GRADIENT_COUNTER)[:, :2]
-        wavenumber = math.pi / bounced.decorrelation_distance * math.sqrt(3) * (2 * drawn - 1) @ self.axes
-        return np.asarray(np.exp(1j * np.sum(wavenumber * bounced.position[row], axis=1)))
+        low = (scatterer_id & np.uint64(0xFFFFFFFF)).astype(np.int64)
+        high = (scatterer_id >> np.uint64(32)).astype(np.int64)
+        uniform = random_keys.uniforms(self.seed, random_keys.GLINT, low, high, code, GRADIENT_COUNTER)[:, :2]
+        wavenumber = math.pi / bounces.decorrelation_distance * math.sqrt(3) * (2 * uniform - 1) @ self.axes
+        return np.asarray(np.exp(1j * np.sum(wavenumber * bounces.position[row], axis=1)))
 
     def _mean_target_phase(
         self, phase: Floats, image: float, scatterers: Scatterers, sonar_end: SonarEnd, depth: float
     ) -> float:
-        """Phase per height of one bounce for a whole target [rad/m], the same for all parts of it.
+        """Phase per height of one bounce [rad/m], one value for all parts of a target.
 
         Args:
             phase: Phase per height for each point [rad/m], shape (n,).
-            image: Depth of the image of the sonar's end [m].
+            image: Depth of the family's image source [m].
             scatterers: Points of one target, n of them.
             sonar_end: End of the sonar.
-            depth: Depth of the boundary [m].
+            depth: Depth of the boundary that reflects [m].
         """
         if scatterers.centre is None or (self.grazing_sines is not None and self.bounce_points is None):
             return float(phase.mean())
         ray = scatterers.centre - np.array([*sonar_end.position[:2], image])
-        at_sonar, at_boundary = (
+        sonar_speed, boundary_speed = (
             float(speed) for speed in self.scene.water.sound_speed_at(np.array([sonar_end.position[2], depth]))
         )
-        speed_ratio = at_boundary / at_sonar if self.bounce_points is None else 1.0
+        speed_ratio = boundary_speed / sonar_speed if self.bounce_points is None else 1.0
         cosine = min(float(np.hypot(ray[0], ray[1])) / float(np.linalg.norm(ray)) * speed_ratio, 1.0)
-        return 4 * math.pi * self.frequency / at_boundary * math.sqrt(max(1 - cosine**2, 1e-12))
+        return 4 * math.pi * self.frequency / boundary_speed * math.sqrt(max(1 - cosine**2, 1e-12))
 
     def _apply_glints(
         self, legs: Legs, row: int, code: int, reflection: CoherentReflection, scatterers: Scatterers,
         sonar_end: SonarEnd, phasor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
-        """Turn one row of legs off flat boundaries into glints, in place."""
+        """Turn one row of legs by flat boundaries into glints, in place; fill its row of the phasors, (2, rows, n)."""
         family, bed = legs.families[row], self.scene.seabed.depth
-        string, depth = bounce_sequence(family), float(sonar_end.position[2])
+        sequence, depth = bounce_sequence(family), float(sonar_end.position[2])
         phase, image = reflection.phase_per_height, image_depth(family, depth, bed)
-        bed_phase, longer = reflection.bed_phase_per_height, reflection.long_variance
+        bed_phase, long_variance = reflection.bed_phase_per_height, reflection.long_variance
         bed_quanta = reflection.bed_quanta
         if self.bounce_points is not None:
-            # as off a calm surface: with a moving bounce, the drawn waves would change with its angle
+            # the angle at a calm surface: with that of a moving bounce, the random waves would change
             climb = np.maximum(np.abs(scatterers.position[:, 2] - image), 1e-6)
             distance = np.linalg.norm(scatterers.position[:, :2] - sonar_end.position[:2], axis=1)
             phase = (
@@ -329,18 +332,18 @@ class GlintSurface:
         if not scatterers.has_random_phase:  # facets of one target share the waves, or they would decorrelate
             phase = np.full_like(phase, self._mean_target_phase(phase, image, scatterers, sonar_end, 0.0))
             bed_phase = np.full_like(phase, self._mean_target_phase(bed_phase, image, scatterers, sonar_end, bed))
-            longer, bed_quanta = (np.full_like(phase, column.mean()) for column in (longer, bed_quanta))
+            long_variance, bed_quanta = (np.full_like(phase, column.mean()) for column in (long_variance, bed_quanta))
         points = GlintPoints(
             scatterers.scatterer_id, np.ascontiguousarray(scatterers.position),
-            np.ascontiguousarray(scatterers.normal), phase, bed_phase, longer, bed_quanta,
+            np.ascontiguousarray(scatterers.normal), phase, bed_phase, long_variance, bed_quanta,
         )  # fmt: skip
         key = random_keys.stream_key(self.seed, random_keys.GLINT)
         rough = self.rough_boundaries
-        heights = np.array(vertical_travel_to_bounces(family, depth, bed, rough))
-        on_bed = np.array([letter == "B" for letter in string if letter in rough])
+        travel_to_bounces = np.array(vertical_travel_to_bounces(family, depth, bed, rough))
+        on_bed = np.array([letter == "B" for letter in sequence if letter in rough])
         paths = CalmPaths(
             sonar_end.position, sonar_end.transmit_position, sonar_end.ping_time, image,
-            SurfaceBounces(string[0] == "S", len(string) % 2 == 1, heights), on_bed, self.frequency,
+            SurfaceBounces(sequence[0] == "S", len(sequence) % 2 == 1, travel_to_bounces), on_bed, self.frequency,
             float(self.scene.water.sound_speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
         )  # fmt: skip
         columns = GlintLegs(
@@ -357,13 +360,13 @@ class GlintSurface:
 
 
 def glint_surface(scene: Scene, seed: int, frequency: float, *, follow_bed: bool = True) -> GlintSurface:
-    """Rough boundaries of a scene, of which those that are smooth or explicit are left out.
+    """Boundaries of a scene that make glints: a statistical surface, a rough seabed.
 
     Args:
         scene: The scene.
         seed: Seed of the scenario.
         frequency: Frequency of the sound [Hz].
-        follow_bed: False: bottom bounces are left as they are.
+        follow_bed: False: the seabed counts as smooth.
     """
     wind, waves = scene.surface.wind_speed, None
     if wind is not None and scene.surface.reflection == "statistical":
@@ -375,10 +378,10 @@ def glint_surface(scene: Scene, seed: int, frequency: float, *, follow_bed: bool
 
 
 def calm_grazing_sine(legs: Legs, row: int, scene: Scene, sonar_depth: float, depth: float = 0.0) -> Floats:
-    """Sine of the grazing angle of one row of legs at a flat boundary at a depth [m], shape (n,) [1]."""
-    at_sonar, at_boundary = scene.water.sound_speed_at(np.array([sonar_depth, depth]))
-    horizontal = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
-    return np.asarray(np.sqrt(np.maximum(1 - np.minimum(horizontal * at_boundary / at_sonar, 1.0) ** 2, 1e-12)))
+    """Sine of the grazing angle of one row of legs at a flat boundary at a depth [m] by Snell's law [1], shape (n,)."""
+    sonar_speed, boundary_speed = scene.water.sound_speed_at(np.array([sonar_depth, depth]))
+    cosine = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
+    return np.asarray(np.sqrt(np.maximum(1 - np.minimum(cosine * boundary_speed / sonar_speed, 1.0) ** 2, 1e-12)))
 
 
 def bounce_times(
@@ -397,15 +400,15 @@ def bounce_times(
     transmit_delay = np.linalg.norm(scatterers.position - sonar_end.transmit_position, axis=1) / float(
         scene.water.sound_speed_at(sonar_end.position[2])
     )
-    before = paths.bounce_fractions() * delay
-    return sonar_end.ping_time + before, sonar_end.ping_time + transmit_delay + delay - before
+    to_bounce = paths.bounce_fractions() * delay
+    return sonar_end.ping_time + to_bounce, sonar_end.ping_time + transmit_delay + delay - to_bounce
 
 
 def leg_rows(legs: Legs, rows: list[int], points: NDArray[np.int64] | None = None) -> Legs:
     """Select rows of legs, repeated ones too, to some of their points or to all, as copies of the columns."""
-    part = np.array(rows, np.intp) if points is None else (np.array(rows)[:, None], points)
-    columns = {name: getattr(legs, name)[part] for name in LEG_COLUMNS}
-    caustic = None if legs.caustic is None else legs.caustic[part]
+    selection = np.array(rows, np.intp) if points is None else (np.array(rows)[:, None], points)
+    columns = {name: getattr(legs, name)[selection] for name in LEG_COLUMNS}
+    caustic = None if legs.caustic is None else legs.caustic[selection]
     expansion = legs.aperture_expansion
     if expansion is not None:
         expansion = expansion[rows] if points is None else expansion[rows][..., points]
@@ -417,20 +420,23 @@ def leg_rows(legs: Legs, rows: list[int], points: NDArray[np.int64] | None = Non
 
 def _numbered(legs: Legs, coherent_rows: list[int], glints: list[tuple[int, int]]) -> tuple[int, ...]:
     """Branches of the selected rows, and of the glints, which are further rays of their family."""
-    numbers = [legs.branch[row] for row in coherent_rows]
-    following = Counter(legs.families)
+    branches = [legs.branch[row] for row in coherent_rows]
+    next_branch = Counter(legs.families)
     for row, _ in glints:
-        numbers.append(following[legs.families[row]])
-        following[legs.families[row]] += 1
-    return tuple(numbers)
+        branches.append(next_branch[legs.families[row]])
+        next_branch[legs.families[row]] += 1
+    return tuple(branches)
 
 
 def update_grazing(legs: Legs, row: int, normal: Floats) -> None:
-    """Update the grazing angles of changed arrivals; legs that now arrive from behind are removed."""
-    free = np.all(normal == 0, axis=1)
+    """Update the grazing angles of one row after a change of its directions of arrival, in place.
+
+    Legs that now arrive from behind the points' interfaces are removed; points with a normal of 0 have none, (n, 3).
+    """
+    has_interface = ~np.all(normal == 0, axis=1)
     sine = -np.sum(legs.arrival[row] * normal, axis=1)
     legs.grazing_sine[row] = np.clip(sine, -1.0, 1.0)
-    behind = (sine <= 0) & ~free
+    behind = (sine <= 0) & has_interface
     clear = legs.status[row] == LegStatus.CLEAR
     legs.status[row][clear & behind] = LegStatus.FACING_AWAY
     legs.visibility[row][behind] = 0.0

@@ -1,8 +1,8 @@
 """Legs in water of one sound speed: straight lines from image sources.
 
 Between two flat boundaries the path of every family unfolds to a straight line from an image of
-the sonar (Allen & Berkley 1979, J. Acoust. Soc. Am. 65, 943, for the idea; the paper's figure 10
-for the geometry), so delay, directions and spreading are exact.
+the sonar (Allen & Berkley 1979, J. Acoust. Soc. Am. 65, 943, for the idea; figure 10 of the paper
+that insonify reproduces for the geometry), so delay, directions and spreading are exact.
 """
 
 import math
@@ -104,7 +104,7 @@ def leg_occlusion(
 
 
 def _folded_legs(scene: Scene, position: Floats, families: tuple[str, ...]) -> FoldedLegs:
-    """Image sources of some families."""
+    """Position of the sonar, depths of its images and bounces of some families."""
     depth = scene.seabed.depth
     return FoldedLegs(
         position, np.array([image_depth(name, position[2], depth) for name in families]), *_bounces(families), depth
@@ -120,12 +120,12 @@ def _bounces(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.b
 
 def _surface_products(scene: Scene, families: tuple[str, ...]) -> NDArray[np.complex128]:
     """Product of the surface's reflection coefficients of each family [1], shape (f,)."""
-    once = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
-    return np.array([math.prod([once] * surface_bounces(name), start=1 + 0j) for name in families])
+    coefficient = complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
+    return np.array([math.prod([coefficient] * surface_bounces(name), start=1 + 0j) for name in families])
 
 
 def _reflect_off_bottom(scene: Scene, families: tuple[str, ...], sine: Floats, product: NDArray[np.complex128]) -> None:
-    """Multiply the flat bottom's reflection coefficient into each bottom bounce's leg.
+    """Multiply the flat bottom's reflection coefficient into the products of legs, once for each bottom bounce.
 
     Args:
         scene: The scene with its seabed.
@@ -135,28 +135,29 @@ def _reflect_off_bottom(scene: Scene, families: tuple[str, ...], sine: Floats, p
     """
     for row, family in enumerate(families):
         if bottom_bounces(family):
-            once = scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(sine[row]), 1.0)))
+            coefficient = scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(sine[row]), 1.0)))
             for _ in range(bottom_bounces(family)):
-                product[row] *= once
+                product[row] *= coefficient
 
 
 @departure_cones.stand_in
 def _cones(
-    angles: DepartureAngles, family: int, position: Floats, centre: Floats, radius: Floats, direction: Floats,
-    margin: Floats, exists: NDArray[np.bool_],
+    angles: DepartureAngles, family: int, position: Floats, centre: Floats, radius: Floats, axis: Floats,
+    half_angle: Floats, exists: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Departure cones of straight rays to neighbourhoods, as from the kernel `departure_cones`."""
-    direction[:, :2], direction[:, 2] = centre - position[:2], angles.vertical_travel[family]
-    length, around = np.sqrt(np.sum(direction**2, axis=1)), radius + angles.relief_height
-    direction /= length[:, None]
-    margin[:], exists[:] = np.where(around < length, np.arcsin(np.minimum(1.0, around / length)), np.pi), True
+    """Departure cones of straight rays to neighbourhoods, as from the kernel `departure_cones` without numba."""
+    axis[:, :2], axis[:, 2] = centre - position[:2], angles.vertical_travel[family]
+    length, sphere_radius = np.sqrt(np.sum(axis**2, axis=1)), radius + angles.relief_height
+    axis /= length[:, None]
+    half_angle[:] = np.where(sphere_radius < length, np.arcsin(np.minimum(1.0, sphere_radius / length)), np.pi)
+    exists[:] = True
 
 
 @lru_cache(maxsize=64)
 def _departure_angles(
     families: tuple[str, ...], source_depth: float, boundary_depth: float, water_depth: float, relief_height: float
 ) -> DepartureAngles:
-    """Vertical travel of straight rays to the image of a boundary, positive down; read again for tiles of every scale.
+    """Vertical travel of straight rays to a boundary, unfolded, positive if they start downwards [m]; cached.
 
     Args:
         families: Names of the families.
@@ -188,7 +189,7 @@ class StraightRays:
         return image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=is_flat, needed=needed)
 
     def open_water(self) -> "StraightRays":
-        """Rays of the same water without targets, over a level bed; see `PropagationModel.open_water`."""
+        """Rays of the same water without targets, over a flat seabed; see `PropagationModel.open_water`."""
         return StraightRays(open_scene(self.scene))
 
     def with_aperture_expansion(
@@ -205,15 +206,16 @@ class StraightRays:
         middle, bottom = sum(depths) / 2, self.scene.seabed.depth
         climbs = [abs(boundary_depth - image_depth(name, middle, bottom)) for name in families]
         shortest, longest = (self.scene.water.sound_speed * delay for delay in delays)
-        # a reflection off terrain that is higher or lower displaces the image by twice as much
-        moved = [relief_height * (1 + 2 * bottom_bounces(name)) for name in families]
+        # a reflection by terrain that is higher or lower displaces the image by twice as much
+        displacements = [relief_height * (1 + 2 * bottom_bounces(name)) for name in families]
         min_vertical, max_vertical = (
-            choose(climb + side * move for climb, move in zip(climbs, moved, strict=True))
+            choose(climb + side * displacement for climb, displacement in zip(climbs, displacements, strict=True))
             for side, choose in ((-1, min), (1, max))
         )
         nearest = np.sqrt(max(0.0, max(0.0, shortest - end_distance) ** 2 - max_vertical**2))
-        beyond = (longest + end_distance) ** 2 - max(0.0, min_vertical) ** 2
-        return ReachableRange(min(climbs), float(nearest), float(np.sqrt(beyond)) if beyond > 0 else -1.0)
+        farthest_square = (longest + end_distance) ** 2 - max(0.0, min_vertical) ** 2
+        farthest = float(np.sqrt(farthest_square)) if farthest_square > 0 else -1.0
+        return ReachableRange(min(climbs), float(nearest), farthest)
 
     def launch_angles(self, source_depth: float) -> StraightLaunchAngles:
         """Straight rays; see `PropagationModel.launch_angles`."""

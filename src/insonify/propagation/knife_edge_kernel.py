@@ -1,4 +1,4 @@
-"""Kernels of diffraction around the edges of upright boxes: Fresnel numbers, and Fresnel integrals from a table."""
+"""Kernels of diffraction at edges of boxes and crests: Fresnel numbers nu (positive in shadow), Fresnel integrals."""
 
 import math
 from typing import Any, NamedTuple
@@ -13,58 +13,59 @@ Complexes = NDArray[np.complex128]
 Integers = NDArray[Any]
 
 FAR = 30.0
-"""Fresnel number beyond which an edge is neglected: its contribution is below 0.0075 [1]."""
+"""Fresnel number beyond which an edge changes the pressure by less than 0.0075; the table ends there [1]."""
 ENDLESS = 1e9
+"""Fresnel number, or depth of a trough [m], that stands for an infinite one; its half counts as infinite too."""
 STEEPEST = 1e-3
-"""Cosine of the elevation below which a ray counts as vertical, and passes no top."""
+"""Cosine of the elevation below which a ray counts as vertical, and is not diffracted [1]."""
 PER_UNIT = 96
 """Entries of the table of `edge_diffraction` per unit of the Fresnel number."""
 CLEAR, OCCLUDED = 0, 2  # the values of records.legs.LegStatus
 
 
 class DiffractedLegs(NamedTuple):
-    """Legs of f families to n points whose visibility is that of edges."""
+    """Legs of f families to n points, of which the visibility by diffraction at edges is evaluated."""
 
     position: Floats
     """North, east, depth of the sonar [m], (3,)."""
     points: Floats
-    """Ends of the legs [m], (n, 3)."""
+    """North, east, depth of the points [m], (n, 3)."""
     arrival: Floats
-    """Direction of travel at the points, (f, n, 3)."""
+    """Unit vectors of the direction of travel at the points [1], (f, n, 3)."""
     length: Floats
     """Length of the legs [m], (f, n)."""
     has_bounce: NDArray[np.bool_]
-    """True for families that bounce, of which only the last segment is diffracted, (f,)."""
+    """True for families with reflections, of which only the last segment is diffracted, (f,)."""
     status: Integers
     """`LegStatus` of the legs, (f, n)."""
     occluder: Integers
-    """Occluders of the legs, (f, n)."""
+    """Row of the occluder that cuts each leg, (f, n)."""
     visibility: Complexes
-    """Pressure re that without occluders: 1 for a clear leg, 0 for another, before the call, (f, n)."""
+    """Result: pressure re that without occluders [1]; at first 1 for clear legs, 0 for all others, (f, n)."""
 
 
 class BoxScreens(NamedTuple):
-    """Boxes that diffract."""
+    """Boxes that diffract, b of them."""
 
     boxes: Floats
     """Occluding bodies, (b, 8), see `insonify.scene.box.box_body`."""
     bed_depths: Floats
-    """Depth from which on the base of each counts as standing on the seabed [m], (b,)."""
+    """Least depth at which the base of each counts as standing on the seabed [m], (b,)."""
     own_box: int
     """Row of the box on which the points lie, or -1."""
     infinitely_wide: bool
-    """True to treat boxes as infinitely wide."""
+    """True to treat boxes in the path as infinitely wide, and to neglect those beside it."""
     max_fresnel_number: float
     """Fresnel number beyond which a box next to a ray or below it is neglected, at most `FAR` [1]."""
 
 
 class LastSegment(NamedTuple):
-    """Last straight segment of a leg."""
+    """Last straight segment of a leg, which ends at its scatterer."""
 
     point: Floats
-    """Its end [m], (3,)."""
+    """North, east, depth of its end [m], (3,)."""
     arrival: Floats
-    """Its direction, (3,)."""
+    """Unit vector of its direction of travel [1], (3,)."""
     horizontal_component: float
     """Horizontal part of the direction [1]."""
     slope: float
@@ -76,16 +77,16 @@ class LastSegment(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def edge_diffraction(number: float, table: Complexes) -> complex:
-    """Field past a half plane at a Fresnel number, re that without it [1].
+def edge_diffraction(fresnel_number: float, table: Complexes) -> complex:
+    """Pressure past a half plane at a Fresnel number, re that without it [1].
 
     Args:
-        number: Positive in the shadow, 0 on its edge.
-        table: Field times exp(j pi number^2 / 2), from 0 on by 1 / `PER_UNIT`, one entry beyond `FAR`, (n,).
+        fresnel_number: Positive in the shadow, 0 on its edge.
+        table: Pressure times exp(j pi number^2 / 2), from 0 on by 1 / `PER_UNIT`, two entries beyond `FAR`, (n,).
     """
-    size = abs(number)
+    size = abs(fresnel_number)
     if size >= ENDLESS / 2:
-        return 0j if number > 0 else 1 + 0j
+        return 0j if fresnel_number > 0 else 1 + 0j
     if size >= FAR:
         # the first term of the asymptotic series: Born & Wolf, Principles of Optics, 8.8.1, conjugated
         real = 0.5 / (math.pi * size)
@@ -93,7 +94,7 @@ def edge_diffraction(number: float, table: Complexes) -> complex:
     else:
         index = size * PER_UNIT
         row = min(max(int(index), 1), table.size - 3)
-        t = index - row
+        t = index - row  # Lagrange's cubic through four entries
         a, b = -t * (t - 1) * (t - 2) * (1 / 6), (t + 1) * (t - 1) * (t - 2) * 0.5
         c, d = -(t + 1) * t * (t - 2) * 0.5, (t + 1) * t * (t - 1) * (1 / 6)
         p0, p1, p2, p3 = table[row - 1], table[row], table[row + 1], table[row + 2]
@@ -101,12 +102,12 @@ def edge_diffraction(number: float, table: Complexes) -> complex:
         imag = a * p0.imag + b * p1.imag + c * p2.imag + d * p3.imag
     cosine, sine = sincos_of_quarter_turns(size * size)
     field = complex(real * cosine + imag * sine, imag * cosine - real * sine)
-    return field if number >= 0 else 1 - field
+    return field if fresnel_number >= 0 else 1 - field
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def sincos_of_quarter_turns(quarter_turns: float) -> tuple[float, float]:
-    """Cosine and sine of quarters of a cycle, to 1e-11, faster than the library's.
+    """Cosine and sine of an angle in quarters of a cycle, to 1e-11, faster than the library's.
 
     Taylor's series, to the eleventh and twelfth power of at most pi / 4.
     """
@@ -115,16 +116,16 @@ def sincos_of_quarter_turns(quarter_turns: float) -> tuple[float, float]:
     y = x * x
     s = x * (1 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880 - y * (1 / 39916800))))))
     c = 1 + y * (-1 / 2 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 + y * (-1 / 3628800 + y * (1 / 479001600))))))
-    side = int(nearest)
-    along, across = (s, c) if side & 1 else (c, s)
-    return -along if (side + 1) & 2 else along, -across if side & 2 else across
+    quadrant = int(nearest)
+    cosine, sine = (s, c) if quadrant & 1 else (c, s)
+    return -cosine if (quadrant + 1) & 2 else cosine, -sine if quadrant & 2 else sine
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def diffract_around_boxes(
     rows: Integers, legs: DiffractedLegs, water_depth: float, wavelength: float, screens: BoxScreens, table: Complexes
 ) -> None:
-    """Multiply the diffraction factors of boxes into the visibility of legs that no other occluder cuts.
+    """Set the visibility of clear legs and of legs that a box cuts to the product of the diffraction factors of boxes.
 
     Args:
         rows: Indices of the points to process, (r,).
@@ -136,11 +137,11 @@ def diffract_around_boxes(
     """
     position, points, arrival, length, has_bounce, status, occluder, visibility = legs
     boxes = screens.boxes
-    numbers = np.empty(4)
+    nu = np.empty(4)
     for f in range(status.shape[0]):
         for n in rows:
-            cut = status[f, n] == OCCLUDED
-            if not (status[f, n] == CLEAR or (cut and 0 <= occluder[f, n] < boxes.shape[0])):
+            is_cut = status[f, n] == OCCLUDED
+            if not (status[f, n] == CLEAR or (is_cut and 0 <= occluder[f, n] < boxes.shape[0])):
                 continue
             horizontal = math.hypot(arrival[f, n, 0], arrival[f, n, 1])
             if horizontal < STEEPEST:
@@ -148,28 +149,29 @@ def diffract_around_boxes(
             segment_length = math.hypot(points[n, 0] - position[0], points[n, 1] - position[1])
             slope = arrival[f, n, 2] / horizontal
             if has_bounce[f]:
-                wall = 0.0 if slope > 0 else water_depth
-                segment_length = min(segment_length, (points[n, 2] - wall) / slope) if slope != 0 else segment_length
-            left, is_counted = 1 + 0j, not cut
+                z = 0.0 if slope > 0 else water_depth  # depth of the last reflection
+                segment_length = min(segment_length, (points[n, 2] - z) / slope) if slope != 0 else segment_length
+            factor, is_counted = 1 + 0j, not is_cut
             for b in range(boxes.shape[0]):
                 if b == screens.own_box:
                     continue
                 segment = LastSegment(points[n], arrival[f, n], horizontal, slope, segment_length, length[f, n])
-                crossed = fresnel_numbers(segment, wavelength, boxes[b], screens.bed_depths[b], screens.infinitely_wide,
-                                          numbers)  # fmt: skip
-                if crossed < 0 or passes_clear(numbers, screens.max_fresnel_number):
+                crossing = box_fresnel_numbers(
+                    segment, wavelength, boxes[b], screens.bed_depths[b], screens.infinitely_wide, nu
+                )
+                if crossing < 0 or passes_clear(nu, screens.max_fresnel_number):
                     continue
-                is_counted = is_counted or (crossed > 0 and b == occluder[f, n])
-                across = edge_diffraction(numbers[0], table) - edge_diffraction(numbers[1], table)
-                up = edge_diffraction(numbers[2], table) - edge_diffraction(numbers[3], table)
-                left *= 1 - across * up
-            # a leg that its box cuts before the last bounce stays at zero
-            visibility[f, n] = left if is_counted else 0j
+                is_counted = is_counted or (crossing > 0 and b == occluder[f, n])
+                across = edge_diffraction(nu[0], table) - edge_diffraction(nu[1], table)
+                upward = edge_diffraction(nu[2], table) - edge_diffraction(nu[3], table)
+                factor *= 1 - across * upward
+            # a leg that its box cuts before the last reflection gets 0, its bounce point being unknown
+            visibility[f, n] = factor if is_counted else 0j
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def fresnel_numbers(
-    segment: LastSegment, wavelength: float, box: Floats, bed_depth: float, infinitely_wide: bool, numbers: Floats
+def box_fresnel_numbers(
+    segment: LastSegment, wavelength: float, box: Floats, bed_depth: float, infinitely_wide: bool, nu: Floats
 ) -> int:
     """Fresnel numbers of a box's sides, base and top for one straight last segment of a leg.
 
@@ -177,81 +179,81 @@ def fresnel_numbers(
         segment: The segment.
         wavelength: Wavelength of the sound [m].
         box: The box, (8,).
-        bed_depth: Depth at which a base stands on the seabed [m].
+        bed_depth: Least depth at which its base counts as standing on the seabed [m].
         infinitely_wide: True for an infinitely wide box.
-        numbers: Result: numbers of both sides, the base, the top; increasing pairs, (4,).
+        nu: Result: those of both sides, increasing to the right, of the base and of the top [1], (4,).
 
     Returns:
-        1 where the leg passes over or through the footprint, 0 where it passes beside it, -1 where the box has no
+        1 where the segment passes over or through the footprint, 0 where it passes beside it, -1 where the box has no
         effect.
     """
     point, arrival, horizontal_component, slope, horizontal_length, length = segment
     east, north = arrival[1] / horizontal_component, arrival[0] / horizontal_component
-    low, high, a_low, a_high = np.inf, -np.inf, 0.0, 0.0
-    last_back, last_off = _corner(box, 3, point, north, east)
+    low, high, behind_low, behind_high = np.inf, -np.inf, 0.0, 0.0
+    last_behind, last_offset = _corner(box, 3, point, north, east)
     for k in range(4):
-        back, off = _corner(box, k, point, north, east)
-        if (back > 0) != (last_back > 0):  # the side runs on behind the end of the leg: it ends beside it
-            edge = math.copysign(ENDLESS, last_off + (off - last_off) * last_back / (last_back - back))
-            low, a_low = (edge, 0.0) if edge < low else (low, a_low)
-            high, a_high = (edge, 0.0) if edge > high else (high, a_high)
-        last_back, last_off = back, off
-        if back <= 0:
+        behind, offset = _corner(box, k, point, north, east)
+        if (behind > 0) != (last_behind > 0):  # this face reaches beyond the leg's end: an endless edge
+            edge = math.copysign(ENDLESS, last_offset + (offset - last_offset) * last_behind / (last_behind - behind))
+            low, behind_low = (edge, 0.0) if edge < low else (low, behind_low)
+            high, behind_high = (edge, 0.0) if edge > high else (high, behind_high)
+        last_behind, last_offset = behind, offset
+        if behind <= 0:
             continue
-        number = edge_fresnel_number(off, min(back, horizontal_length) / horizontal_component, length, wavelength)
-        low, a_low = (number, back) if number < low else (low, a_low)
-        high, a_high = (number, back) if number > high else (high, a_high)
+        side = edge_fresnel_number(offset, min(behind, horizontal_length) / horizontal_component, length, wavelength)
+        low, behind_low = (side, behind) if side < low else (low, behind_low)
+        high, behind_high = (side, behind) if side > high else (high, behind_high)
     if low > high:
-        return -1  # all of the box lies behind the end
+        return -1  # all of the box lies beyond the end
     x, y = point[0] - box[0], point[1] - box[1]
     enter, leave = footprint_interval(box, x, y, -north, -east)
     if enter <= 0 < leave:
         return -1  # the end lies over the box, or under it
-    crossed = 1 if enter < leave and 0 < enter < horizontal_length else 0
-    if crossed == 0:
-        leave = enter = a_low if abs(low) < abs(high) else a_high
+    crossing = 1 if enter < leave and 0 < enter < horizontal_length else 0
+    if crossing == 0:
+        leave = enter = behind_low if abs(low) < abs(high) else behind_high
         if not 0 < enter < horizontal_length or infinitely_wide:
             return -1
-    numbers[3] = -np.inf
+    nu[3] = -np.inf
     for at in (enter, min(leave, horizontal_length)):
         depth = point[2] - at * slope
         top = edge_fresnel_number(
             (depth - box[6]) * horizontal_component, at / horizontal_component, length, wavelength
         )
-        if top > numbers[3]:
-            numbers[3] = top
-            # a box on the seabed has no gap below it
-            gap = box[7] < bed_depth
-            numbers[2] = (
+        if top > nu[3]:
+            nu[3] = top
+            # below a box on the seabed no sound passes
+            has_gap = box[7] < bed_depth
+            nu[2] = (
                 edge_fresnel_number(
                     (depth - box[7]) * horizontal_component, at / horizontal_component, length, wavelength
                 )
-                if gap
+                if has_gap
                 else -ENDLESS
             )
-    numbers[0], numbers[1] = (-ENDLESS, ENDLESS) if infinitely_wide else (low, high)
-    return crossed
+    nu[0], nu[1] = (-ENDLESS, ENDLESS) if infinitely_wide else (low, high)
+    return crossing
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def passes_clear(numbers: Floats, max_fresnel_number: float) -> bool:
+def passes_clear(nu: Floats, max_fresnel_number: float) -> bool:
     """Return True if a ray passes a box at so large a distance that its field is unchanged.
 
     Args:
-        numbers: Fresnel numbers of the sides, the base, the top, (4,).
-        max_fresnel_number: Fresnel number beyond which it is.
+        nu: Those of the sides, the base, the top, from `box_fresnel_numbers` [1], (4,).
+        max_fresnel_number: Fresnel number beyond which an edge is neglected [1].
     """
-    return numbers[3] < -max_fresnel_number or numbers[0] > max_fresnel_number or numbers[1] < -max_fresnel_number
+    return nu[3] < -max_fresnel_number or nu[0] > max_fresnel_number or nu[1] < -max_fresnel_number
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _corner(box: Floats, k: int, point: Floats, north: float, east: float) -> tuple[float, float]:
-    """Distance before the end of a leg, and beside it, of a corner of a box, in the order of its outline [m].
+    """Horizontal offsets of a corner of a box re the end of a leg: back along the leg, and to the right of it [m].
 
     Args:
         box: The box, (8,).
-        k: The corner, 0 to 3.
-        point: The end [m], (3,).
+        k: The corner, 0 to 3 around the outline.
+        point: North, east, depth of the end [m], (3,).
         north: North component of the leg's horizontal direction [1].
         east: East component of it [1].
     """
@@ -268,7 +270,7 @@ def edge_fresnel_number(edge_offset: float, distance_behind: float, length: floa
 
     Args:
         edge_offset: Distance of the edge from the ray [m], with the sign of the number.
-        distance_behind: Distance of the edge before the end of the leg [m].
+        distance_behind: Distance along the ray from the edge on to the end of the leg [m].
         length: Length of the leg [m].
         wavelength: Wavelength of the sound [m].
     """
@@ -279,7 +281,7 @@ def edge_fresnel_number(edge_offset: float, distance_behind: float, length: floa
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def excess_path_length(edge_offset: float, distance_behind: float, length: float, wavelength: float) -> float:
-    """Excess length of the path around an edge over the straight one [m]; arguments of `edge_fresnel_number`."""
+    """Length of the path around an edge, at least a wavelength from both ends, less the straight one [m]."""
     d = max(distance_behind, wavelength)
     before = max(length - d, wavelength)
     square = edge_offset * edge_offset
@@ -293,14 +295,14 @@ def crest_diffraction_factor(
 ) -> complex:
     """Pressure past a crest of the terrain, re that without it [1].
 
-    A knife edge, weighted by the depth of the hollow behind it re the Fresnel zone there: with nu_h the
-    Fresnel number of that depth the crest counts by 1 - exp(-pi nu_h^2). Where the ray over the crest reaches the
-    floor, pi nu_h^2 = k hollow sin(grazing), Rayleigh's roughness parameter: a smooth terrain casts no shadow.
+    The change by a knife edge, times a weight 1 - exp(-pi nu_h^2), nu_h the Fresnel number of the depth of the trough
+    behind the crest. Where the ray over the crest reaches the floor of the trough, pi nu_h^2 = k depth sin(grazing),
+    Rayleigh's roughness parameter: a smooth terrain casts no shadow (decision 30).
 
     Args:
         clearance: Height of the crest above the ray, positive in the shadow [m].
-        trough_depth: Depth of the deepest terrain behind it below the ray over it [m].
-        distance_behind: Distance of the crest from the end of the leg [m].
+        trough_depth: Depth of the deepest terrain behind it below the ray over it [m]; `ENDLESS` for a weight of 1.
+        distance_behind: Distance from the crest on to the end of the leg [m].
         length: Length of the leg [m].
         wavelength: Wavelength of the sound [m].
         table: Table of `edge_diffraction`.
@@ -318,39 +320,40 @@ def trough_exponent(trough_depth: float, distance_behind: float, length: float, 
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def weighted_crest_factor(number: float, exponent: float, trough_depth: float, table: Complexes) -> complex:
+def weighted_crest_factor(fresnel_number: float, exponent: float, trough_depth: float, table: Complexes) -> complex:
     """Pressure past a crest, re that without it, from its Fresnel number and the exponent of its weight [1]."""
-    if number < -FAR:
+    if fresnel_number < -FAR:
         return 1 + 0j
     if trough_depth >= ENDLESS:
-        return edge_diffraction(number, table)
-    counts = math.exp(exponent) - 1
-    past = edge_diffraction(number, table)
-    return complex(1 + counts * (1 - past.real), -counts * past.imag)
+        return edge_diffraction(fresnel_number, table)
+    minus_weight = math.exp(exponent) - 1
+    past = edge_diffraction(fresnel_number, table)
+    return complex(1 + minus_weight * (1 - past.real), -minus_weight * past.imag)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def crest_is_negligible(
-    clear: float, trough_depth: float, distance_behind: float, length: float, wavelength: float, square: float
+    h: float, trough_depth: float, distance_behind: float, length: float, wavelength: float, square: float
 ) -> bool:
-    """Return True if a crest changes the pressure of a ray that clears it by less than some fraction.
+    """Return True only if a crest changes the pressure of a ray that clears it by less than a fraction; a bound.
 
-    The argument is the square of that fraction; see `crest_diffraction_factor`.
+    Outside its shadow a half plane changes it by at most 1/2, and by at most 1 / (sqrt(2) pi nu), the first term of the
+    asymptotic series. An edge at a distance h from the ray has nu^2 <= nu0^2 = h^2 2 / wavelength (1 / behind + 1 /
+    before), and nu^2 >= nu0^2 near / (near + h), near = 2 min(behind, before); the weight is at most min(1, pi nu_h^2).
 
-    Beyond its shadow a half plane changes it by at most 1/2, and by at most 1 / (sqrt(2) pi nu), the first term of the
-    asymptotic series. Fresnel numbers are at most off sqrt(2 / wavelength (1 / behind + 1 / before)), and less than
-    that by no more than the ratio of that path to one longer by `off`.
+    square: square of the fraction [1]; other arguments as for `crest_diffraction_factor`.
     """
     d = max(distance_behind, wavelength)
     before = max(length - d, wavelength)
-    total, part, near = 2 * (d + before), d * before * wavelength, 2 * min(d, before)
-    counts, bound = min(part, math.pi * trough_depth * trough_depth * total) ** 2, square * part
-    return counts < 4 * bound * part or counts * 0.05067 * (near + clear) < bound * clear * clear * total * near
+    # nu0^2 = h^2 total / volume; weight^2 <= scaled / volume^2; 0.05067 > 1 / (2 pi^2)
+    total, volume, near = 2 * (d + before), d * before * wavelength, 2 * min(d, before)
+    scaled, bound = min(volume, math.pi * trough_depth * trough_depth * total) ** 2, square * volume
+    return scaled < 4 * bound * volume or scaled * 0.05067 * (near + h) < bound * h * h * total * near
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def footprint_interval(box: Floats, x: float, y: float, north: float, east: float) -> tuple[float, float]:
-    """Distances at which a horizontal line enters and leaves a box's footprint [m]; the first not less where it misses.
+    """Distances along a horizontal line at which it enters and leaves a box's footprint [m]; enter >= leave: it misses.
 
     Args:
         box: The box, (8,).

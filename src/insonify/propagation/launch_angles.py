@@ -1,7 +1,7 @@
 """Launch angles of rays to given positions, as used for the occlusion by terrain.
 
 The launch slope is the tangent of the launch angle, positive towards the first boundary of the family: down for the
-direct one. Rays of a family with a larger slope meet the terrain nearer, so that it orders near and far terrain.
+direct one. Rays of a family with a larger slope reach the terrain at a shorter distance.
 """
 
 from dataclasses import dataclass
@@ -26,9 +26,9 @@ class LaunchAngles(Protocol):
     """
 
     def launch_slope(self, family: str, distance: Floats, depth: Floats) -> Floats:
-        """Launch slope of the rays of a family to positions at a distance and a depth [m], broadcast [1].
+        """Launch slope of a family's rays to positions at a horizontal distance and a depth [m], broadcast [1].
 
-        NaN where there is none.
+        NaN where there is no ray.
         """
         ...
 
@@ -41,13 +41,13 @@ class LaunchAngles(Protocol):
         ...
 
     def launch_slope_to_bottom(self, grazing_tangent: Floats) -> Floats:
-        """Launch slope of rays with a tangent of the grazing angle at the mean plane [1]; 0 for none."""
+        """Launch slope of rays with given tangents of the grazing angle at the mean plane [1]; 0 without ray."""
         ...
 
     def largest_unobstructed_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
-        """Fall of the seabed from one sample of a line to the next, up to which no sample hides another.
+        """Fall of the seabed from one sample of a line to the next up to which the former does not hide the latter.
 
-        Rays of a family that arrive from above reach the later sample at a launch slope that is less or equal then.
+        For families that arrive from above: their launch slope at the latter sample is then at most that at the former.
 
         Args:
             family: Name of the family.
@@ -60,7 +60,7 @@ class LaunchAngles(Protocol):
         ...
 
     def has_single_rays(self, family: str, distance: Floats, depth: Floats) -> bool:
-        """Return True if one ray at most reaches each of some positions, none of them off the table.
+        """Return True if exactly one ray reaches each of some positions, and `launch_slope` is defined at all of them.
 
         Args:
             family: Name of the family.
@@ -70,11 +70,11 @@ class LaunchAngles(Protocol):
         ...
 
     def off_table_rays(self, family: str, launch_slope: Floats, distance: Floats, depth: Floats) -> NDArray[np.bool_]:
-        """Mask of rays to positions that differ from `launch_slope`: they turn or cross others.
+        """Mask of those given rays that are not the rays of `launch_slope` to their end points, as they turn or cross.
 
         Args:
             family: Name of the family.
-            launch_slope: Launch slope of the rays [1], shape (n,).
+            launch_slope: Launch slope of the given rays [1], shape (n,).
             distance: Horizontal distance of the positions [m], shape (n,).
             depth: Depth of the positions [m], shape (n,).
         """
@@ -107,7 +107,7 @@ class StraightLaunchAngles:
     source_depth: float
     """Depth of the sonar [m]."""
     water_depth: float
-    """Depth of the mean plane [m]."""
+    """Depth of the seabed's mean plane [m]."""
 
     def launch_slope(self, family: str, distance: Floats, depth: Floats) -> Floats:
         """Launch slope from the image source, see `LaunchAngles`."""
@@ -116,11 +116,11 @@ class StraightLaunchAngles:
 
     def bounce_ranges(self, family: str, launch_slope: Floats) -> list[Floats]:
         """Distances at which the unfolded ray passes the boundaries, see `LaunchAngles`."""
-        string, climb = bounce_sequence(family), self.source_depth
-        if first_boundary(string) == "bottom":
-            climb = self.water_depth - self.source_depth
+        sequence, to_first = bounce_sequence(family), self.source_depth
+        if first_boundary(sequence) == "bottom":
+            to_first = self.water_depth - self.source_depth
         with np.errstate(divide="ignore"):
-            return [np.asarray((climb + row * self.water_depth) / launch_slope) for row in range(len(string))]
+            return [np.asarray((to_first + row * self.water_depth) / launch_slope) for row in range(len(sequence))]
 
     def bottom_grazing_tangent(self, launch_slope: Floats) -> Floats:
         """Equal to the launch slope, see `LaunchAngles`."""
@@ -131,7 +131,7 @@ class StraightLaunchAngles:
         return np.abs(grazing_tangent)
 
     def largest_unobstructed_fall(self, family: str, step: float, count: int) -> NDArray[np.float32] | None:
-        """None, see `LaunchAngles`: the launch slopes themselves are as easily compared."""
+        """None, see `LaunchAngles`: comparing the launch slopes themselves costs no more."""
         return None
 
     def has_single_rays(self, family: str, distance: Floats, depth: Floats) -> bool:

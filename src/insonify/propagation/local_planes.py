@@ -1,9 +1,9 @@
-"""Legs off local planes: over relief, each bounce reflects off the plane fitted to its first Fresnel zone.
+"""Legs by local planes: over relief each bounce is a reflection by the plane fitted to its first Fresnel zone.
 
 Images of the sonar in one plane after the other give the leg to a point exactly, as between flat boundaries, except
 that each leg has its own planes. The bounce lies where the line from the image reaches the plane; the zone about it
-determines the plane. So planes are fitted twice: approximately about the bounce on the mean plane, and accurately about
-the resulting bounce. On an even slope once would suffice.
+determines the plane. Planes are therefore fitted twice: approximately about the bounce on the mean plane, and
+accurately about the resulting bounce. On an even slope once would suffice.
 """
 
 from typing import NamedTuple
@@ -57,11 +57,11 @@ def flat_image_paths(family: str, position: Floats, points: Floats, bed_depth: f
         points: North, east, depth of the points [m], shape (n, 3).
         bed_depth: Depth of the seabed [m].
     """
-    return paths_off_planes(position, points, *_level(family, len(points), bed_depth))
+    return paths_off_planes(position, points, *_flat_planes(family, len(points), bed_depth))
 
 
 class BounceGeometry(NamedTuple):
-    """Subset of `ImagePaths` that describes the bounces of n paths."""
+    """Fields of `ImagePaths` that describe the m bounces of n paths: lengths (n,), others (m, n) or m in a tuple."""
 
     length: Floats
     fraction: Floats
@@ -79,18 +79,18 @@ def flat_bounces(family: str, depth: float, length: Floats, sine: Floats, bed_de
         sine: Sine of their grazing angle, equal at all bounces [1], shape (n,).
         bed_depth: Depth of the seabed [m].
     """
-    string = bounce_sequence(family)
-    first = depth if string[0] == "S" else bed_depth - depth
-    climb = np.array([first + k * bed_depth for k in range(len(string))])  # total vertical travel to each bounce
-    part = np.clip(climb[:, None] / np.maximum(length * sine, _TINY), 0.0, 1.0)
-    return BounceGeometry(length, part, (sine,) * len(string), (0.0,) * len(string))
+    sequence = bounce_sequence(family)
+    first = depth if sequence[0] == "S" else bed_depth - depth
+    vertical_travel = np.array([first + k * bed_depth for k in range(len(sequence))])  # up to each bounce
+    fraction = np.clip(vertical_travel[:, None] / np.maximum(length * sine, _TINY), 0.0, 1.0)
+    return BounceGeometry(length, fraction, (sine,) * len(sequence), (0.0,) * len(sequence))
 
 
 def local_plane_paths(
     family: str, position: Floats, points: Floats, terrain: SeabedTerrain, wavelength: float, *,
     terrain_bounce_ranges: Floats | None = None,
 ) -> ImagePaths:  # fmt: skip
-    """Paths of a family off the planes fitted to the terrain over the first Fresnel zone of each bounce.
+    """Paths of a family reflected by the planes fitted to the terrain over the first Fresnel zone of each bounce.
 
     Args:
         family: Name of a family with bounces.
@@ -98,74 +98,74 @@ def local_plane_paths(
         points: North, east, depth of the points [m], shape (n, 3).
         terrain: Terrain of the seabed.
         wavelength: Wavelength of the sound [m].
-        terrain_bounce_ranges: Horizontal distance of the bounces of refracted rays off flat terrain [m], shape (m, n):
-            the planes are fitted there, and moved under the bounces of straight rays.
+        terrain_bounce_ranges: Horizontal distance of the bounces of refracted rays over a flat seabed [m], shape
+            (m, n): the planes are fitted there, and moved under the bounces of straight rays. None: straight rays.
 
     Returns:
         Paths in water of one sound speed; the sonar's images, the bounces and the grazing angles are exact for the
         fitted planes.
     """
-    string = bounce_sequence(family)
-    paths = _columns(len(string), len(points))
+    sequence = bounce_sequence(family)
+    paths = _columns(len(sequence), len(points))
     if not len(points):
         return paths
-    moved = np.empty((len(string), 0, 2))
+    bounce_shift = np.empty((len(sequence), 0, 2))
     if terrain_bounce_ranges is not None:
-        across = points[:, :2] - position[:2]
-        direction = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), _TINY)
-        moved = (
+        offset = points[:, :2] - position[:2]
+        direction = offset / np.maximum(np.linalg.norm(offset, axis=1, keepdims=True), _TINY)
+        bounce_shift = (
             position[:2]
             + terrain_bounce_ranges[..., None] * direction
             - flat_image_paths(family, position, points, terrain.depth).bounce_position[..., :2]
         )
-    scatterer_grid, done = terrain.relief.resolved.scatterer_grid, np.zeros(len(points), bool)
+    scatterer_grid, is_done = terrain.relief.resolved.scatterer_grid, np.zeros(len(points), bool)
     frame = TerrainFrame(
         *scatterer_grid.origin, np.cos(scatterer_grid.heading), np.sin(scatterer_grid.heading), terrain.depth,
         wavelength, min_half_axis(terrain),
     )  # fmt: skip
-    is_seabed_bounce = np.array([letter == "B" for letter in string])
+    is_seabed_bounce = np.array([letter == "B" for letter in sequence])
     source = np.asarray(position, float)
     span = np.empty((2, 2))
     extent_on_grid(source, points, frame, span)
     terrain.read_heightmap(
         span,
         lambda heightmap, missing: paths_off_local_planes(
-            source, points, is_seabed_bounce, moved, frame, _PATTERNS, heightmap, missing, done, paths
+            source, points, is_seabed_bounce, bounce_shift, frame, _PATTERNS, heightmap, missing, is_done, paths
         ),
     )
     return paths
 
 
-def fresnel_zone(paths: ImagePaths | BounceGeometry, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
+def fresnel_zone(paths: ImagePaths | BounceGeometry, bounce: int, wavelength: float) -> tuple[Floats, Floats]:
     """Half the length and half the width of the first Fresnel zone of a bounce [m], each of shape (n,).
 
     Args:
         paths: The paths.
-        mirror: Number of the bounce.
+        bounce: Index of the bounce from the sonar, from 0.
         wavelength: Wavelength of the sound [m].
 
-    Source: sqrt(wavelength r1 r2 / (r1 + r2)), along the ray over the sine of the grazing angle, r1 and r2 the path
-    lengths before and after the bounce; no longer than the shorter one of them.
+    Source: half width sqrt(wavelength r1 r2 / (r1 + r2)), half length that over the sine of the grazing angle, r1 and
+    r2 the path lengths before and after the bounce; no longer than the shorter one of them.
     """
     axes = np.empty((2, len(paths.length)))
-    bounce_fresnel_zones(paths.length, paths.fraction[mirror], paths.grazing_sine[mirror], wavelength, axes)
+    bounce_fresnel_zones(paths.length, paths.fraction[bounce], paths.grazing_sine[bounce], wavelength, axes)
     return axes[0], axes[1]
 
 
-def _columns(mirrors: int, points: int) -> ImagePaths:
-    """Empty paths of a number of points off a number of planes."""
-    per_point, per_bounce = (points,), (mirrors, points)
+def _columns(planes: int, points: int) -> ImagePaths:
+    """Columns, yet to be filled, of the paths to a number of points by a number of planes."""
+    per_point, per_bounce = (points,), (planes, points)
     return ImagePaths(
-        np.empty(per_point), np.empty((points, 3)), np.empty((points, 3)), np.empty((mirrors, points, 3)),
+        np.empty(per_point), np.empty((points, 3)), np.empty((points, 3)), np.empty((planes, points, 3)),
         np.empty(per_bounce), np.empty(per_bounce), np.zeros(per_bounce), np.empty(per_point, bool),
     )  # fmt: skip
 
 
-def _level(family: str, count: int, bed_depth: float) -> tuple[Floats, Floats]:
-    """A point and the normal of every plane of a family, all flat, each of shape (m, count, 3)."""
-    string = bounce_sequence(family)
-    anchor, facing = np.zeros((len(string), count, 3)), np.zeros((len(string), count, 3))
-    for k, letter in enumerate(string):
-        anchor[k, :, 2] = bed_depth if letter == "B" else 0.0
-        facing[k] = -_DOWN if letter == "B" else _DOWN
-    return anchor, facing
+def _flat_planes(family: str, count: int, bed_depth: float) -> tuple[Floats, Floats]:
+    """A point [m] and the normal into the water [1] of each plane of a family, all horizontal, (m, count, 3) each."""
+    sequence = bounce_sequence(family)
+    plane_point, normal = np.zeros((len(sequence), count, 3)), np.zeros((len(sequence), count, 3))
+    for k, letter in enumerate(sequence):
+        plane_point[k, :, 2] = bed_depth if letter == "B" else 0.0
+        normal[k] = -_DOWN if letter == "B" else _DOWN
+    return plane_point, normal

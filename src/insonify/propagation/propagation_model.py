@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 RANGE_MARGIN = 1.01
-"""Range of tables over that of the window: scatterers drawn in cells lie a little beyond it [1]."""
+"""Greatest range of tables over that of the window: random scatterers of a cell may lie a little beyond it [1]."""
 MAX_SEPARATE_DEPTHS = 4
 """Largest number of sonar depths with a table each; beyond, one table spans them all [1]."""
 
@@ -109,7 +109,7 @@ class PropagationModel(Protocol):
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
         delays: tuple[float, float], end_distance: float, *, relief_height: float = 0.0,
     ) -> ReachableRange:  # fmt: skip
-        """Distances on a boundary whose earliest or latest pair of legs arrives in the window.
+        """Distances on a boundary from which any pair of legs may arrive in the window, a little more at most.
 
         Args:
             depths: Depths of transmitter and receiver [m].
@@ -126,7 +126,7 @@ class PropagationModel(Protocol):
     def departure_angles(
         self, families: tuple[str, ...], source_depth: float, boundary_depth: float, *, relief_height: float = 0.0
     ) -> DepartureAngles:
-        """Departure of some families for a boundary, from which `departure_cones` follow.
+        """Directions of departure of some families to all points of a boundary, from which `departure_cones` follow.
 
         Args:
             families: Names of the families.

@@ -1,8 +1,8 @@
 """Ray fan: rays that leave the source at given angles, traced to a range.
 
-Rays follow exact arcs between the knots of the column, turn, reflect specularly off surface and bottom, and end at
-a range or after a number of bounces. For plots, and for quantities along a ray; the paths to a
-given point come from `eigenrays`.
+Rays follow exact arcs between the knots of the water column, turn, are reflected specularly at surface and bottom, and
+end at a range or after a number of bounces. For plots, and for quantities along a ray; the paths to a given point come
+from `eigenrays`.
 """
 
 from collections.abc import Iterator
@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 MAX_BOUNCES = 1000
+"""Largest number of bounces that a call may request [1]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +31,7 @@ class RayFan:
     launch_elevation: Floats
     """Launch elevation, + down [rad], shape (rays,)."""
     first_vertex: Integers
-    """Row of the first vertex of each ray, and the number of vertices, shape (rays + 1,)."""
+    """Row of the first vertex of each ray, and at the end the number of all vertices, shape (rays + 1,)."""
     range: Floats
     """Horizontal distance from the source [m], shape (vertices,)."""
     depth: Floats
@@ -55,14 +56,14 @@ class RayFan:
         return slice(int(self.first_vertex[ray]), int(self.first_vertex[ray + 1]))
 
     def segments(self) -> Iterator[tuple[str, Floats, Floats]]:
-        """Segments of all rays between their bounces: family so far, ranges and depths [m]."""
-        for ray, bounce_counts in enumerate(self.boundaries):
+        """Segments of all rays between their bounces: family up to there, ranges and depths of the vertices [m]."""
+        for ray, sequence in enumerate(self.boundaries):
             rows = self.rows(ray)
             bounces, x, z = self.bounces[rows], self.range[rows], self.depth[rows]
-            cuts = [0, *(np.flatnonzero(np.diff(bounces)) + 1), x.size - 1]
-            for start, stop in pairwise(cuts):
+            ends = [0, *(np.flatnonzero(np.diff(bounces)) + 1), x.size - 1]
+            for start, stop in pairwise(ends):
                 if stop > start:
-                    yield bounce_counts[: bounces[start]] or DIRECT, x[start : stop + 1], z[start : stop + 1]
+                    yield sequence[: bounces[start]] or DIRECT, x[start : stop + 1], z[start : stop + 1]
 
     def __repr__(self) -> str:
         """Number of rays, their angles and range."""
@@ -85,11 +86,12 @@ def trace_fan(
         source_depth: Depth of the source [m].
         launch_elevation: Launch elevations, + down, between -pi/2 and pi/2 [rad], shape (rays,) or one.
         max_range: Horizontal distance at which rays end [m].
-        max_bounces: Largest number of reflections off surface and bottom; at the next one the ray ends.
-        step: Longest range between vertices of a refracted ray [m]; infinite for its knots, turning points and bounces.
+        max_bounces: Largest number of reflections by surface and bottom; at the next one the ray ends.
+        step: Longest range between vertices of a refracted ray [m]; infinite: vertices at knots, turning points and
+            bounces alone.
 
     Returns:
-        The rays, in the order of their launch angles as given.
+        The rays, in the order of the given launch elevations.
 
     Raises:
         ValueError: The source lies outside the water, or a value is invalid.
@@ -126,9 +128,9 @@ def bounce_ranges(
         Horizontal distances of the first bounces [m], shape (max_bounces, rays); NaN where a ray has fewer.
     """
     ranges = np.full((max_bounces, sines.size), np.nan)
-    finite_rows = np.flatnonzero(np.isfinite(sines))
-    first, vertices = _trace_vertices(column, source_depth, sines[finite_rows], max_range, max_bounces)
-    ray = np.repeat(finite_rows, np.diff(first))
+    existing_rays = np.flatnonzero(np.isfinite(sines))
+    first, vertices = _trace_vertices(column, source_depth, sines[existing_rays], max_range, max_bounces)
+    ray = np.repeat(existing_rays, np.diff(first))
     row = np.flatnonzero((np.diff(vertices.bounces) > 0) & (np.diff(ray) == 0)) + 1
     ranges[vertices.bounces[row] - 1, ray[row]] = vertices.distance[row]
     return ranges
@@ -137,7 +139,7 @@ def bounce_ranges(
 def _trace_vertices(
     column: SoundSpeedLayers, source: float, sines: Floats, max_range: float, bounces: int
 ) -> tuple[Integers, RayVertices]:
-    """First rows and vertices of all rays; the kernel runs again where rays turn so often that there is no room."""
+    """First rows and vertices of all rays; the kernel runs again if rays turn so often that the buffer is too small."""
     first = np.zeros(sines.size + 1, np.int64)
     size = sines.size * (column.depth.size * (bounces + 1) + 1)
     while True:
@@ -149,12 +151,12 @@ def _trace_vertices(
 
 
 def _boundaries(first: Integers, vertices: RayVertices, bottom: float) -> tuple[str, ...]:
-    """Boundaries at which each ray bounced, in order."""
-    named = []
+    """Letters of the boundaries at which each ray bounced, in order; the bottom's depth is in metres."""
+    sequences = []
     for start, stop in pairwise(first):
         bounce_rows = np.flatnonzero(np.diff(vertices.bounces[start:stop])) + start + 1
-        named.append("".join("B" if z > bottom / 2 else "S" for z in vertices.depth[bounce_rows]))
-    return tuple(named)
+        sequences.append("".join("B" if z > bottom / 2 else "S" for z in vertices.depth[bounce_rows]))
+    return tuple(sequences)
 
 
 def _refined_rays(
@@ -176,10 +178,10 @@ def _refined_rays(
     depth_change = dx * (sine + sine_inside) / np.maximum(_cosine(sine) + _cosine(sine_inside), 1e-300)
     depth = np.where(number_in_arc > 0, z + depth_change, z)
     speed = np.interp(z, column.depth, column.speed)
-    mean = np.sqrt(speed * (speed + gradient * depth_change))
+    mean_speed = np.sqrt(speed * (speed + gradient * depth_change))  # geometric, of both ends of the arc
     chord = np.hypot(dx, depth_change)
-    u = np.abs(gradient) * chord / (2 * mean)
-    time = chord / mean * np.where(u > 1e-8, np.arcsinh(u) / np.maximum(u, 1e-8), 1.0)
+    u = np.abs(gradient) * chord / (2 * mean_speed)
+    time = chord / mean_speed * np.where(u > 1e-8, np.arcsinh(u) / np.maximum(u, 1e-8), 1.0)
     return RayFan(
         angles, np.concatenate([[0], np.cumsum(count)])[first], x + dx, depth, t + time,
         np.where(number_in_arc > 0, sine_inside, sine), vertices.bounces[row], vertices.turns[row], names,

@@ -1,8 +1,8 @@
 """Legs in layered water: every ray of every family, refracted, turned, and limited at caustics.
 
-Rays come from the exact solver, or from its tables where millions are needed. Their evaluation is the
-same: directions from the horizontal slowness, which is constant along a ray; grazing angles at both boundaries from
-it too; absorption over the path length, with one coefficient of the water at all depths.
+Rays come from the exact solver, or from its tables where millions are needed. Both are turned into legs alike:
+directions and grazing angles at both boundaries follow from the horizontal slowness, which is constant along a ray;
+absorption from the path length, with one coefficient of the water at all depths.
 """
 
 import math
@@ -75,10 +75,10 @@ class RefractedRays:
     boxes: Floats = field(init=False, repr=False)
     """Occluding boxes, shape (boxes, 8), see `insonify.scene.box.box_body`."""
     body_bounds: Floats = field(init=False, repr=False)
-    """Bounds of all other occluding bodies, see `solid_bounds`."""
+    """Bounds of all other occluding bodies [m], shape (solids, 6), see `solid_bounds`."""
 
     def __post_init__(self) -> None:
-        """Create empty caches: tables are built on first use."""
+        """Set the bodies of the scene, and its eigenray tables, which are built on first use."""
         object.__setattr__(self, "boxes", self.scene.bodies)
         object.__setattr__(self, "body_bounds", solid_bounds(self.scene))
         terrain = self.scene.seabed.terrain
@@ -96,21 +96,21 @@ class RefractedRays:
     ) -> Legs:  # fmt: skip
         """Legs of every ray; see `PropagationModel.legs`."""
         names = families_reaching(scatterers.boundary, families)
-        seen_above = HorizontalGeometry(position, scatterers.position, *np.empty((5, len(scatterers))))
-        set_horizontal_geometry(self.layers, seen_above)
+        geometry = HorizontalGeometry(position, scatterers.position, *np.empty((5, len(scatterers))))
+        set_horizontal_geometry(self.layers, geometry)
         followed = [
             np.arange(len(scatterers)) if needed is None else np.flatnonzero(needed[families.index(name)])
             for name in names
         ]
-        ends = [(float(position[2]), seen_above.depth[points], seen_above.distance[points]) for points in followed]
+        ends = [(float(position[2]), geometry.depth[points], geometry.distance[points]) for points in followed]
         if self.uses_tables(frequency):
             family_rays = [self.tables.rays(f, scatterers.boundary, *e) for f, e in zip(names, ends, strict=True)]
         else:
             family_rays = [exact_rays(self.layers, f, *e) for f, e in zip(names, ends, strict=True)]
-        return self._assemble(seen_above, scatterers, family_rays, followed, frequency)
+        return self._assemble(geometry, scatterers, family_rays, followed, frequency)
 
     def uses_tables(self, frequency: float) -> bool:
-        """Return True if tables represent the rays at a frequency [Hz]; at lower ones folds reach further."""
+        """Return True if tables represent the rays at a frequency [Hz]; at lower ones a fold affects more rays."""
         return frequency >= LOWEST_FREQUENCY
 
     def open_water(self) -> "RefractedRays":
@@ -124,7 +124,7 @@ class RefractedRays:
     def with_aperture_expansion(
         self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]
     ) -> Legs:
-        """Legs with the expansion from rays to four positions beside that end."""
+        """Legs with the expansion by rays from four positions about that end; see `PropagationModel`."""
         points, table = scatterers.position, None
         if scatterers.boundary in ("seabed", "surface") and len(set(legs.families)) == len(legs.families):
             table = self._expansion_table(legs.families, scatterers, float(position[2]), aperture_extent)
@@ -135,15 +135,15 @@ class RefractedRays:
         terms, is_outside = table.read(distance, points[:, 2], legs.spreading > 0)
         outside = np.flatnonzero(is_outside)
         if len(outside):
-            few, _ = legs_to_points((legs, legs), outside)
-            exact = self._expansion(few, position, points[outside], scatterers.boundary, aperture_extent)
+            outside_legs, _ = legs_to_points((legs, legs), outside)
+            exact = self._expansion(outside_legs, position, points[outside], scatterers.boundary, aperture_extent)
             terms[:, :, outside] = np.nan_to_num(exact)
         return replace(legs, aperture_expansion=terms)
 
     def _expansion(
         self, legs: Legs, position: Floats, points: Floats, boundary: Boundary, aperture_extent: tuple[float, float]
     ) -> Floats:
-        """Expansion of each leg from rays to four positions, see `aperture_expansion`."""
+        """Expansion of each leg by rays from four positions about the end of the sonar, see `aperture_expansion`."""
 
         def rays_to(family: str, depth: float, ranges: Floats) -> FamilyRays:
             if not self.tables.covers_depth(family, boundary, depth):
@@ -155,12 +155,9 @@ class RefractedRays:
         )
 
     def _expansion_table(
-        self,
-        families: tuple[str, ...],
-        scatterers: Scatterers,
-        source_depth: float,
+        self, families: tuple[str, ...], scatterers: Scatterers, source_depth: float,
         aperture_extent: tuple[float, float],
-    ) -> ExpansionTable | None:
+    ) -> ExpansionTable | None:  # fmt: skip
         """Expansions of some families to the boundary of scatterers, cached for pings from the same sonar depth."""
         water, source = self.open_water(), np.array([0.0, 0.0, source_depth])
 
@@ -186,56 +183,57 @@ class RefractedRays:
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
         delays: tuple[float, float], end_distance: float, *, relief_height: float = 0.0,
     ) -> ReachableRange:  # fmt: skip
-        """Reachable distances from rays to all distances."""
-        levels = self._levels(boundary_depth, relief_height)
-        ends = dict.fromkeys(depths)
-        sweeps = [self._sweep(name, depth, levels) for name in families for depth in ends]
-        nearest, farthest = ranges_within_delays(sweeps, delays, end_distance / self.scene.water.min_sound_speed)
-        # The terrain is sampled as under straight rays: at the same positions, whatever the water.
+        """Reachable distances from rays to all distances, see `PropagationModel.reachable_range`."""
+        boundary_depths = self._boundary_depths(boundary_depth, relief_height)
+        end_depths = dict.fromkeys(depths)
+        curves = [self._curve(name, depth, boundary_depths) for name in families for depth in end_depths]
+        nearest, farthest = ranges_within_delays(curves, delays, end_distance / self.scene.water.min_sound_speed)
+        # The vertical distance is that of straight rays: terrain is sampled at the same positions in all water.
         images = [image_depth(name, sum(depths) / 2, self.layers.bottom_reflection_depth) for name in families]
         return ReachableRange(min(abs(boundary_depth - image) for image in images), nearest, farthest)
 
     def departure_angles(
         self, families: tuple[str, ...], source_depth: float, boundary_depth: float, *, relief_height: float = 0.0
     ) -> DepartureAngles:
-        """Launch angles of all rays between the nearest and the farthest point of neighbourhoods."""
-        levels = self._levels(boundary_depth, relief_height)
+        """Extremes of the launch angles of all rays over distance, see `PropagationModel.departure_angles`."""
+        boundary_depths = self._boundary_depths(boundary_depth, relief_height)
         return self.angles_of_departure.get(
-            (families, self._planes(source_depth), levels),
-            lambda: departure_angles([self._sweep(family, source_depth, levels) for family in families]),
+            (families, self._tabulated_depths(source_depth), boundary_depths),
+            lambda: departure_angles([self._curve(family, source_depth, boundary_depths) for family in families]),
         )
 
     def zone_climbs(
         self, families: tuple[str, ...], source_depth: float, boundary_depth: float, zone: tuple[float, float]
     ) -> Floats:
-        """Distance times tangent of the launch angle, positive towards the first boundary, at the ends of a zone.
+        """Distance times tangent of the launch angle, positive towards the first boundary, at both limits of a zone.
 
         Args:
-            families: Names of the families.
+            families: Names of the families, f of them.
             source_depth: Depth of the sonar [m].
             boundary_depth: Depth of the boundary [m].
             zone: Nearest and farthest distance on it [m].
 
         Returns:
-            The greatest angle at the nearest and the least at the farthest distance [m], 0 for no ray, (f, 2).
+            Product of the greatest angle in the zone and the nearest distance, and of the least angle and the farthest
+            distance [m], 0 for no ray, shape (f, 2).
         """
         climbs, angles = np.zeros((len(families), 2)), self.departure_angles(families, source_depth, boundary_depth)
         for row, family in enumerate(families):
             low, high = launch_angle_bounds(angles, row, *zone)
             if low <= high:
-                ends = np.array([-low, -high] if first_boundary(family) == "surface" else [high, low])
-                climbs[row] = np.tan(np.clip(ends, -STEEPEST, STEEPEST)) * np.maximum(zone, NEAREST)
+                extremes = np.array([-low, -high] if first_boundary(family) == "surface" else [high, low])
+                climbs[row] = np.tan(np.clip(extremes, -STEEPEST, STEEPEST)) * np.maximum(zone, NEAREST)
         return climbs
 
     def launch_angles(self, source_depth: float) -> RefractedLaunchAngles:
         """Launch angles of refracted rays, cached for pings from the same sonar depth."""
-        planes = self._planes(source_depth)
+        depths = self._tabulated_depths(source_depth)
 
         def make() -> RefractedLaunchAngles:
-            if len(planes) < 2:
+            if len(depths) < 2:
                 return self._launch_angles(source_depth, None)
             above, below = (
-                self.launch_angle_tables.get((plane,), partial(self._launch_angles, plane, None)) for plane in planes
+                self.launch_angle_tables.get((depth,), partial(self._launch_angles, depth, None)) for depth in depths
             )
             return self._launch_angles(source_depth, (above, below))
 
@@ -249,39 +247,39 @@ class RefractedRays:
         limits = highest, self.tables.terrain_depths[1]
         return RefractedLaunchAngles(self.layers, source_depth, farthest, limits, neighbours)
 
-    def _planes(self, source_depth: float) -> tuple[float, ...]:
-        """Depths of the sonar whose rays stand for those from one depth [m]: of a varying one, two about it."""
-        upper = math.floor(source_depth / PLANE_SPACING) * PLANE_SPACING
-        lower = upper + PLANE_SPACING
+    def _tabulated_depths(self, source_depth: float) -> tuple[float, ...]:
+        """Sonar depths whose rays stand for those from one depth [m]: itself, or two about it if the depth varies."""
+        upper = math.floor(source_depth / DEPTH_SPACING) * DEPTH_SPACING
+        lower = upper + DEPTH_SPACING
         if not self.domain.is_span or upper <= 0 or lower >= self.layers.water_depth:
             return (source_depth,)
         return upper, lower
 
-    def _levels(self, boundary_depth: float, relief_height: float) -> tuple[float, ...]:
-        """Depths between which a boundary lies, all within the profile [m]."""
+    def _boundary_depths(self, boundary_depth: float, relief_height: float) -> tuple[float, ...]:
+        """Depths that represent a boundary: its own, and four more over relief, all within the profile [m]."""
         if relief_height == 0:
             return (boundary_depth,)
         depths = {boundary_depth + side * relief_height for side in (-1, -0.5, 0, 0.5, 1)}
         return tuple(sorted({min(max(depth, 0.0), self.layers.water_depth) for depth in depths}))
 
-    def _sweep(self, family: str, depth: float, boundary_depths: tuple[float, ...]) -> TravelTimeCurve:
-        """Bounds of the rays of a family to all distances at some depths of a boundary, from about one depth."""
-        planes, farthest = self._planes(depth), max(self.domain.max_range, 1.0)
+    def _curve(self, family: str, depth: float, boundary_depths: tuple[float, ...]) -> TravelTimeCurve:
+        """Bounds over distance of a family's rays from one depth, or two about it, to all depths of a boundary."""
+        source_depths, farthest = self._tabulated_depths(depth), max(self.domain.max_range, 1.0)
 
         def curve(source_depth: float, boundary_depth: float) -> TravelTimeCurve:
             key = (family, source_depth, boundary_depth)
             return self.travel_time_curves.get(key, lambda: travel_time_curve(self.layers, *key, farthest))
 
         return self.travel_time_curves.get(
-            (family, planes, boundary_depths),
-            lambda: enclosing_curve([curve(plane, boundary) for plane in planes for boundary in boundary_depths]),
+            (family, source_depths, boundary_depths),
+            lambda: enclosing_curve([curve(source, bed) for source in source_depths for bed in boundary_depths]),
         )
 
     def _assemble(
         self, geometry: HorizontalGeometry, scatterers: Scatterers, family_rays: list[FamilyRays],
         followed: list[NDArray[np.int64]], frequency: float,
     ) -> Legs:  # fmt: skip
-        """Assemble rows of legs from the rays of each family, and the rows of the points that these reach."""
+        """Assemble legs from the rays of each family to the points, given by their rows, to which it is followed."""
         rows = [
             (rays, points, branch)
             for rays, points in zip(family_rays, followed, strict=True)
@@ -295,12 +293,12 @@ class RefractedRays:
         legs = RefractedLegs(
             delay, length, spreading, caustics, slowness, departure, arrival, grazing_sine, status, occluder
         )  # fmt: skip
-        water, speed = self.layers, float(np.interp(geometry.source[2], self.layers.depth, self.layers.speed))
+        water, source_speed = self.layers, float(np.interp(geometry.source[2], self.layers.depth, self.layers.speed))
         normals, near_folds = np.ascontiguousarray(scatterers.normal), []
         ends = leg_ends(scatterers) if len(self.body_bounds) else None
         for row, (rays, points, branch) in enumerate(rows):
             solutions = RaySolutions(rays.rays, rays.count, rays.missing_status)
-            if refracted_leg_row(geometry, normals, speed, points, solutions, branch, legs, row):
+            if refracted_leg_row(geometry, normals, source_speed, points, solutions, branch, legs, row):
                 near_folds.append(row)
             if len(self.boxes):
                 bounces = family_bounces(rays.family)
@@ -317,32 +315,32 @@ class RefractedRays:
         return Legs(
             families=families, branch=tuple(branch for _, _, branch in rows), delay=delay, length=length,
             spreading=spreading, absorption=absorption,
-            reflection_coefficient=self._boundary(families, to_points, slowness), caustics=caustics,
+            reflection_coefficient=self._reflection_coefficients(families, to_points, slowness), caustics=caustics,
             visibility=(status == LegStatus.CLEAR).astype(float), departure=departure, arrival=arrival,
             grazing_sine=grazing_sine, status=status, occluder=occluder, caustic=phase,
         )  # fmt: skip
 
-    def _boundary(
+    def _reflection_coefficients(
         self, families: tuple[str, ...], followed: list[NDArray[np.int64]], slowness: Floats
     ) -> NDArray[np.complex128]:
-        """Product of the reflection coefficients of each row, at the grazing angles that follow from its slowness."""
+        """Product of the reflection coefficients of each row [1], at the grazing angles by its slowness [s/m]."""
         product = np.empty(slowness.shape, complex)
         surface = complex(self.scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
-        bottom = float(np.interp(self.layers.bottom_reflection_depth, self.layers.depth, self.layers.speed))
+        bottom_speed = float(np.interp(self.layers.bottom_reflection_depth, self.layers.depth, self.layers.speed))
         for row, (family, points) in enumerate(zip(families, followed, strict=True)):
-            string = bounce_sequence(family)
-            product[row] = surface ** surface_bounces(string)
-            if bottom_bounces(string):
-                sine = _grazing_sine(slowness[row, points], bottom)
-                once = self.scene.seabed.reflection_coefficient_at_sine(sine)
-                product[row, points] *= once ** bottom_bounces(string)
+            sequence = bounce_sequence(family)
+            product[row] = surface ** surface_bounces(sequence)
+            if bottom_bounces(sequence):
+                sine = _grazing_sine(slowness[row, points], bottom_speed)
+                bottom = self.scene.seabed.reflection_coefficient_at_sine(sine)
+                product[row, points] *= bottom ** bottom_bounces(sequence)
         return product
 
 
 STEEPEST, NEAREST = float(np.radians(89.5)), 0.1
-"""Largest angle [rad] and least distance [m] from which `RefractedRays.zone_climbs` is evaluated."""
-PLANE_SPACING = 0.125
-"""Spacing of these depths [m]: launch angles between them are accurate to some 1e-5 of the vertical travel."""
+"""Largest angle [rad] and least distance [m] that `RefractedRays.zone_climbs` applies."""
+DEPTH_SPACING = 0.125
+"""Spacing of the tabulated sonar depths [m]: launch angles between them err by some 1e-5 of the vertical travel."""
 
 
 def refracted_rays(scene: Scene, domain: RayDomain) -> RefractedRays:
@@ -359,8 +357,8 @@ def refracted_rays(scene: Scene, domain: RayDomain) -> RefractedRays:
 
 
 def _grazing_sine(slowness: Floats, speed: float) -> Floats:
-    """Sine of the grazing angle of rays at a boundary [1]; at low angles 1 - (p c)^2 would have no digits left."""
-    cosine = slowness * speed
+    """Sine of the grazing angle of rays at a boundary, from their horizontal slowness [s/m] and its speed [m/s] [1]."""
+    cosine = slowness * speed  # 1 - cosine^2 would have no digits left at low angles
     return np.sqrt(np.clip((1 - cosine) * (1 + cosine), 0.0, 1.0))
 
 
@@ -368,7 +366,7 @@ def _limit_at_folds(
     rays: FamilyRays, points: NDArray[np.int64], branch: int, spreading: Floats, phase: NDArray[np.complex128],
     frequency: float,
 ) -> None:  # fmt: skip
-    """Limit the spreading of the rays of one row that end near a fold, and turn their phase."""
+    """Limit the spreading of the rays of one row that end near a fold, and turn their phasors, in place."""
     near_fold = np.flatnonzero((rays.count > branch) & (rays.rays[:, branch, FOLD_SIDE] != 0))
     ray = rays.rays[near_fold, branch]
     factor = fold_factor(np.abs(ray[:, FOLD]), ray[:, FOLD_CURVATURE], ray[:, FOLD_SIDE], frequency)

@@ -33,13 +33,13 @@ STEEP = 10.0
 
 
 def solid_bounds(scene: Scene) -> Floats:
-    """Least and greatest coordinates of the scene's solids [m], shape (solids, 6)."""
+    """Least, then greatest north, east and depth of each of the scene's solids [m], shape (solids, 6)."""
     surfaces = [world_triangles(solid, scene.seabed) for solid in scene.solids]
     return np.array([np.concatenate([surface.low, surface.high]) for surface in surfaces]).reshape(-1, 6)
 
 
 def leg_ends(scatterers: Scatterers) -> Floats:
-    """Ends of legs to scatterers, a little off the face on which each lies [m], shape (n, 3)."""
+    """Ends of legs to scatterers, a little in front of the face on which each lies [m], shape (n, 3)."""
     return scatterers.position + LEG_END_OFFSET * scatterers.normal
 
 
@@ -64,17 +64,17 @@ def occlude_refracted_row(
     status, occluder = legs.status[row], legs.occluder[row]
     points, bodies, enter, leave = bodies_passed_over(position, ends, bounds, status)
     for body in np.unique(bodies):
-        mine = bodies == body
-        rows, begin, end = points[mine], enter[mine], leave[mine]
+        passes_body = bodies == body
+        rows, begin, end = points[passes_body], enter[passes_body], leave[passes_body]
         longest = float(((end - begin) * distance[rows]).max())
         count = max(3, int(np.ceil(longest / CHORD)) + 1) * (3 if bottom_bounces(family) else 1)
-        along = begin[:, None] + (end - begin)[:, None] * np.linspace(0, 1, count)
-        depths = _depths(water, position, ends[rows], distance[rows], family, slowness[rows], departure[rows], along)
+        fraction = begin[:, None] + (end - begin)[:, None] * np.linspace(0, 1, count)
+        depths = _depths(water, position, ends[rows], distance[rows], family, slowness[rows], departure[rows], fraction)
         low, high = np.fmin.reduce(depths, axis=1), np.fmax.reduce(depths, axis=1)
         overlaps = (high >= bounds[body, 2]) & (low <= bounds[body, 5])
-        rows, along, depths = rows[overlaps], along[overlaps], depths[overlaps]
+        rows, fraction, depths = rows[overlaps], fraction[overlaps], depths[overlaps]
         paths = np.empty((len(rows), count, 3))
-        paths[..., :2] = position[:2] + along[..., None] * (ends[rows, None, :2] - position[:2])
+        paths[..., :2] = position[:2] + fraction[..., None] * (ends[rows, None, :2] - position[:2])
         paths[..., 2] = depths
         occluders = occluders_of_paths(scene, paths)
         cut = occluders >= 0
@@ -84,33 +84,33 @@ def occlude_refracted_row(
 
 def _depths(
     water: SoundSpeedLayers, position: Floats, leg_ends: Floats, ranges: Floats, family: str, slowness: Floats,
-    departure: Floats, along: Floats,
+    departure: Floats, fraction: Floats,
 ) -> Floats:  # fmt: skip
-    """Depths of rays at fractions of their horizontal distance [m], shape of `along`; 1 is exactly their end."""
-    string = bounce_sequence(family)
-    depths = np.empty(along.shape)
+    """Depths of rays at fractions of their horizontal distance [m], shape of `fraction`; 1 is exactly their end."""
+    sequence = bounce_sequence(family)
+    depths = np.empty(fraction.shape)
     ray_depths_along_range(
         water, float(position[2]), slowness, np.ascontiguousarray(departure[:, 2]), family_bounces(family),
-        along[:, 0] * ranges, along[:, -1] * ranges, depths,
+        fraction[:, 0] * ranges, fraction[:, -1] * ranges, depths,
     )  # fmt: skip
     horizontal = np.hypot(departure[:, 0], departure[:, 1])
     steep = (np.abs(departure[:, 2]) > STEEP * horizontal) | (ranges < 1e-3)
     if steep.any():
         depths[steep] = _straight(
-            water.bottom_reflection_depth, float(position[2]), leg_ends[steep, 2], string, along[steep]
+            water.bottom_reflection_depth, float(position[2]), leg_ends[steep, 2], sequence, fraction[steep]
         )
     depths = np.where(np.isnan(depths), leg_ends[:, 2:], depths)
-    return np.where(along == 1, leg_ends[:, 2:], depths)
+    return np.where(fraction == 1, leg_ends[:, 2:], depths)
 
 
-def _straight(plane: float, source: float, leg_ends: Floats, family: str, along: Floats) -> Floats:
-    """Depths of straight rays, folded at the boundaries [m]."""
-    if not family:
-        return source + along * (leg_ends[:, None] - source)
-    start, turns = (-source if first_boundary(family) == "surface" else source), len(family)
-    arrives_down = last_boundary(family) == "surface"
-    # vertical travel to the end, with every bounce unfolded
-    crossings = turns - (1 if first_boundary(family) == "surface" else 0)
-    target = crossings * plane + (leg_ends if arrives_down else plane - leg_ends)
-    run = start + along * (target - start)[:, None]
-    return np.asarray(plane - np.abs(np.mod(run, 2 * plane) - plane))
+def _straight(plane: float, source_depth: float, end_depth: Floats, sequence: str, fraction: Floats) -> Floats:
+    """Depths of straight rays at fractions of their distance, folded at the surface and a bottom plane [m]."""
+    if not sequence:
+        return source_depth + fraction * (end_depth[:, None] - source_depth)
+    start, bounces = (-source_depth if first_boundary(sequence) == "surface" else source_depth), len(sequence)
+    arrives_down = last_boundary(sequence) == "surface"
+    # unfolded depth of the end: rays that start upwards count from the image of the sonar in the surface
+    crossings = bounces - (1 if first_boundary(sequence) == "surface" else 0)
+    target = crossings * plane + (end_depth if arrives_down else plane - end_depth)
+    unfolded = start + fraction * (target - start)[:, None]
+    return np.asarray(plane - np.abs(np.mod(unfolded, 2 * plane) - plane))

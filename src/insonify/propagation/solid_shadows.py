@@ -31,40 +31,40 @@ MIN_DISTANCE = 0.75
 """Least distance of a sonar from the middle of a solid with a light buffer, over the solid's diagonal [1]."""
 _TREE_LOCK = Lock()
 _BUFFERS: RecentResults[LightBuffer] = RecentResults(64)
-"""Light buffers of the last few positions: the seabed and a solid's own points use the same."""
+"""Light buffers of recent solids and sonar positions: legs to all scatterers use the same."""
 
 
 class SceneTriangles(NamedTuple):
     """Triangles of all solids of a scene, together and solid by solid."""
 
     tree: TriangleTree
-    """Tree of all."""
+    """Tree of the triangles of all solids."""
     first_row: int
     """Row of the first solid among the occluders: that after the boxes."""
     of_solid: list[Floats]
     """One corner and the two sides from it of the triangles of each solid [m], (t, 9) each."""
     extent: Floats
-    """Middle and diagonal of each solid's extent [m], shape (solids, 4)."""
+    """North, east, depth of the middle of each solid's extent, and its diagonal [m], shape (solids, 4)."""
 
 
 @lru_cache(maxsize=8)
-def _built_triangles(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> SceneTriangles:
-    """Triangles of all solids of a scene, whose rows among the occluders follow those of the boxes."""
+def _built_triangles(solids: tuple[Solid, ...], seabed: Seabed, first_row: int) -> SceneTriangles:
+    """Triangles of all solids of a scene; the first solid has a given row among the occluders."""
     surfaces = [world_triangles(solid, seabed) for solid in solids]
-    solid_row = np.repeat(np.arange(before, before + len(solids)), [len(surface.faces) for surface in surfaces])
+    solid_row = np.repeat(np.arange(first_row, first_row + len(solids)), [len(surface.faces) for surface in surfaces])
     tree = triangle_tree(np.concatenate([surface.corners for surface in surfaces]), solid_row)
-    of_solid = [tree.corner_and_sides[tree.solid_row == before + k] for k in range(len(solids))]
+    of_solid = [tree.corner_and_sides[tree.solid_row == first_row + k] for k in range(len(solids))]
     extent = np.zeros((len(solids), 4))
     for row, surface in zip(extent, surfaces, strict=True):
         if len(surface.faces):
             row[:3], row[3] = (surface.low + surface.high) / 2, np.linalg.norm(surface.high - surface.low)
-    return SceneTriangles(tree, before, of_solid, extent)
+    return SceneTriangles(tree, first_row, of_solid, extent)
 
 
-def _scene_triangles(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> SceneTriangles:
+def _scene_triangles(solids: tuple[Solid, ...], seabed: Seabed, first_row: int) -> SceneTriangles:
     """Triangles of all solids of a scene, see `_built_triangles`; threads that need them at once share them."""
     with _TREE_LOCK:
-        return _built_triangles(solids, seabed, before)
+        return _built_triangles(solids, seabed, first_row)
 
 
 def occlude_by_solids(
@@ -82,45 +82,46 @@ def occlude_by_solids(
     solids = scene.solids
     if not solids:
         return
-    # seen from above, legs of all families follow one line: most points have no solid on it, or below a direct leg
-    direct, own = not legs.bounces.any(), slice(len(scene.boxes), None)
-    behind = points_near_cylinders(scene, legs.source, scatterers.position, direct=direct, targets=own)
+    # seen from above, legs of all families follow one line: for most points no solid lies on it, or only below the leg
+    direct, solid_targets = not legs.bounces.any(), slice(len(scene.boxes), None)
+    behind = points_near_cylinders(scene, legs.source, scatterers.position, direct=direct, targets=solid_targets)
     rows = union(behind, len(scatterers))
     if not len(rows):
         return
-    built, end = _scene_triangles(solids, scene.seabed, len(scene.boxes)), (scatterers.position, scatterers.normal)
-    buffers = _light_buffers(built, legs.source, behind) if direct and legs.bounces.size == 1 else None
+    triangles, end = _scene_triangles(solids, scene.seabed, len(scene.boxes)), (scatterers.position, scatterers.normal)
+    buffers = _light_buffers(triangles, legs.source, behind) if direct and legs.bounces.size == 1 else None
     if buffers is None:
-        occlude_legs(legs, built.tree, rows, *end, status, occluder)
-    for solid_row, hidden, buffer in buffers or ():  # the lowest solid first
-        occlude_direct_legs(buffer, legs.source, solid_row, hidden, *end, status[0], occluder[0])
+        occlude_legs(legs, triangles.tree, rows, *end, status, occluder)
+    for solid_row, points, buffer in buffers or ():  # in increasing row
+        occlude_direct_legs(buffer, legs.source, solid_row, points, *end, status[0], occluder[0])
 
 
 def _light_buffers(
-    built: SceneTriangles, source: Floats, behind: list[NDArray[np.int64]]
+    triangles: SceneTriangles, source: Floats, behind: list[NDArray[np.int64]]
 ) -> list[tuple[int, NDArray[np.int64], LightBuffer]] | None:
     """Light buffers of the solids on direct legs; None where legs are too few, or the sonar is too near.
 
     Args:
-        built: Triangles of all solids.
+        triangles: Triangles of all solids.
         source: Position of the sonar [m], (3,).
-        behind: Points that each solid may hide, solid by solid.
+        behind: Rows of the points that each solid may hide, solid by solid.
 
     Returns:
-        Row of each solid on any leg, the points that it may hide, and its light buffer.
+        For each solid that may hide any point: its row among the occluders, the rows of these points, its light buffer.
     """
-    near = [k for k, rows in enumerate(behind) if len(rows) and len(built.of_solid[k])]
-    if sum(len(behind[k]) for k in near) < MIN_LEGS_PER_TRIANGLE * sum(len(built.of_solid[k]) for k in near):
+    hiding = [k for k, rows in enumerate(behind) if len(rows) and len(triangles.of_solid[k])]
+    triangle_count = sum(len(triangles.of_solid[k]) for k in hiding)
+    if sum(len(behind[k]) for k in hiding) < MIN_LEGS_PER_TRIANGLE * triangle_count:
         return None
-    middle, size = built.extent[:, :3], built.extent[:, 3]
-    if (np.linalg.norm(middle[near] - source, axis=1) < MIN_DISTANCE * size[near]).any():
+    middle, diagonal = triangles.extent[:, :3], triangles.extent[:, 3]
+    if (np.linalg.norm(middle[hiding] - source, axis=1) < MIN_DISTANCE * diagonal[hiding]).any():
         return None
 
     def buffer_of(k: int) -> LightBuffer:
-        key = Identity(built.of_solid[k]), tuple(source.tolist())
-        return _BUFFERS.get(key, lambda: light_buffer(source, middle[k], built.of_solid[k]))
+        key = Identity(triangles.of_solid[k]), tuple(source.tolist())
+        return _BUFFERS.get(key, lambda: light_buffer(source, middle[k], triangles.of_solid[k]))
 
-    return [(built.first_row + k, behind[k], buffer_of(k)) for k in near]
+    return [(triangles.first_row + k, behind[k], buffer_of(k)) for k in hiding]
 
 
 def occluders_of_paths(scene: Scene, polylines: Floats, *, with_boxes: bool = False) -> NDArray[np.int16]:
@@ -135,7 +136,7 @@ def occluders_of_paths(scene: Scene, polylines: Floats, *, with_boxes: bool = Fa
         Lowest row among the scene's occluders of the solids that a path hits, -1 for none, shape (n,).
     """
     occluders = np.full(len(polylines), -1, np.int16)
-    bodies, before = (scene.occluders, 0) if with_boxes else (scene.solids, len(scene.boxes))
+    bodies, first_row = (scene.occluders, 0) if with_boxes else (scene.solids, len(scene.boxes))
     if bodies:
-        solids_along(polylines, _scene_triangles(bodies, scene.seabed, before).tree, occluders)
+        solids_along(polylines, _scene_triangles(bodies, scene.seabed, first_row).tree, occluders)
     return occluders

@@ -17,10 +17,10 @@ Floats = NDArray[np.float64]
 
 
 class SoundSpeedLayers(NamedTuple):
-    """A water column: sound speed at knots, linear in between; an argument of the ray kernels."""
+    """Sound speed of a water column at knots, linear in between; an argument of the ray kernels."""
 
     depth: Floats
-    """Depths of the knots, from exactly 0 to exactly the seabed, strictly increasing [m], shape (m,), m >= 2."""
+    """Depths of the knots, from exactly 0 to exactly the deepest seabed, strictly increasing [m], (m,), m >= 2."""
     speed: Floats
     """Sound speed at the knots [m/s], shape (m,)."""
     reflecting_depth: float = math.inf
@@ -47,7 +47,7 @@ def sound_speed_layers(profile: SoundSpeedProfile, water_depth: float, *, plane:
     Args:
         profile: Sound speed; must cover the water. Knots below the seabed are ignored.
         water_depth: Greatest depth of the seabed [m].
-        plane: Depth of the plane that reflects sound, where that is higher [m].
+        plane: Depth of the plane that reflects sound at the bottom [m]; at or below `water_depth`: the seabed itself.
 
     Returns:
         Layers from the surface to the seabed, with every knot of the profile between them.
@@ -81,5 +81,5 @@ def scene_layers(scene: Scene) -> SoundSpeedLayers:
     """
     depth, bed = scene.seabed.depth, scene.seabed.terrain
     deepest = depth if bed is None else max(depth, bed.span[1])
-    # below what was measured the water is as it was there, as for all else that uses its speed
+    # below the profile's last knot the speed is constant, as wherever the water's sound speed is evaluated
     return sound_speed_layers(scene.water.profile_to_depth(depth).extended(deepest), deepest, plane=depth)

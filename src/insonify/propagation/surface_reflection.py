@@ -1,4 +1,4 @@
-"""Legs off a moving surface, by the models of `Surface.reflection`, and off a rough seabed."""
+"""Legs reflected by a moving surface, by the models of `Surface.reflection`, and by a rough seabed."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,20 +17,20 @@ def apply_surface_reflection(
     legs: Legs, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, sonar_end: SonarEnd,
     *, follow_bed: bool = True,
 ) -> tuple[Legs, Legs]:  # fmt: skip
-    """Legs of one end of the sonar off a moving surface and a rough seabed.
+    """Legs of one end of the sonar reflected by a moving surface and a rough seabed.
 
     Args:
-        legs: Legs off a flat surface, f families to n points.
+        legs: Legs reflected by flat boundaries, f families to n points.
         scene: The scene.
         seed: Seed of the scenario.
         scatterers: Ends of the legs.
         frequency: Frequency of the sound [Hz].
         sonar_end: End of the sonar at which the legs begin, and its time.
-        follow_bed: False: bottom bounces are left as they are.
+        follow_bed: False: the seabed counts as smooth.
 
     Returns:
         Transmit legs and receive legs: of the same families, of which those reflected by a rough boundary may
-        have further rows.
+        have further rows. They are the given legs where no boundary changes them.
 
     Example:
         >>> from insonify.propagation.image_sources import image_legs
@@ -52,7 +52,7 @@ def apply_surface_reflection(
 
 
 def repeated_glint_weight(transmit_legs: Legs, receive_legs: Legs, pair: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Weight of pairs of two glints of one ray [1], shape (p,): 1 for all other pairs.
+    """Weight on the pressure of pairs of two glints of one ray [1], shape (p,): 1 for all other pairs.
 
     M glints stand for very many, hardly any of which reflects both legs: pairs of the same glint are left out,
     and the M (M - 1) others carry the power of M^2. Each two of them are reciprocal and interfere while they keep their
@@ -81,6 +81,6 @@ def repeated_glint_weight(transmit_legs: Legs, receive_legs: Legs, pair: NDArray
         transmit_bounce, receive_bounce = transmit_legs.glints.bounce_id[i], receive_legs.glints.bounce_id[j]
         if transmit_bounce >= 0 and transmit_bounce >> GLINT_BITS == receive_bounce >> GLINT_BITS:
             ray = transmit_bounce >> GLINT_BITS
-            count = len({label for label in transmit_legs.glints.bounce_id if label >> GLINT_BITS == ray})
+            count = len({glint for glint in transmit_legs.glints.bounce_id if glint >> GLINT_BITS == ray})
             weight[row] = 0.0 if transmit_bounce == receive_bounce else np.sqrt(count / (count - 1))
     return weight

@@ -14,7 +14,14 @@ _NO_KNOTS.setflags(write=False)  # as the knots of layers: kernels are compiled 
 
 
 def surface_water(scene: Scene, speed: float, bottom_before: bool, bottom_after: bool) -> SurfaceWater:
-    """Water of the paths of one family; without knots where it has one sound speed."""
+    """Water of the paths of one family; without knots where it has one sound speed.
+
+    Args:
+        scene: The scene.
+        speed: Sound speed at the sonar [m/s].
+        bottom_before: True if the family has a bottom bounce before the surface.
+        bottom_after: True if it has one after the surface.
+    """
     if not scene.water.layered:
         return SurfaceWater(
             _NO_KNOTS, _NO_KNOTS, 1 / speed, scene.seabed.depth, bottom_before, bottom_after, np.zeros(2)
@@ -26,7 +33,7 @@ def surface_water(scene: Scene, speed: float, bottom_before: bool, bottom_after:
 
 
 def image_in_surface(water: SurfaceWater) -> SurfaceWater:
-    """Water with its image above the mean surface, for rays by way of it; paths by both boundaries stay as they are."""
+    """Water joined to its image in the mean surface, in which a reflected ray is one ray; unchanged without knots."""
     if not water.depth.size:
         return water
     depth = np.concatenate([-water.depth[:0:-1], water.depth])
@@ -37,7 +44,7 @@ def image_in_surface(water: SurfaceWater) -> SurfaceWater:
 
 
 def rays_to(points: Floats, end: Floats, water: SurfaceWater) -> Floats:
-    """Rays from one end down to n points, with the columns of `rays_down`, shape (n, 6).
+    """Rays from one end of a leg down to n points, with the columns of `rays_down`, shape (n, 6).
 
     Args:
         points: North, east, depth of the points, all below the end [m], shape (n, 3).

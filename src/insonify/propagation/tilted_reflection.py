@@ -1,6 +1,6 @@
-"""Legs off one plane for each bounce, tilted and raised as a swell is at the flat surface's bounce point.
+"""Legs by one plane for each surface bounce, tilted and raised as a swell is at the flat surface's bounce point.
 
-The paper's moving surface: its plane follows the wave at the point and time at which a ray reaches it.
+The plane follows the wave at the point and time at which a ray reaches the surface, as in the paper.
 A swell so steep that a path has several bounce points is refused with the scenario, see `scenario.swell_errors`.
 """
 
@@ -21,10 +21,10 @@ Floats = NDArray[np.float64]
 
 
 def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
-    """Legs off tilted planes.
+    """Legs reflected by tilted planes.
 
     Args:
-        legs: Legs off a flat surface, f families to n points.
+        legs: Legs reflected by a flat surface, f families to n points.
         scene: The scene, with a swell.
         scatterers: Ends of the legs.
         sonar_end: End of the sonar at which the legs begin, and its time.
@@ -35,35 +35,35 @@ def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, sonar_end: Son
     surface_rows = [row for row, family in enumerate(legs.families) if surface_bounces(family)]
     if not surface_rows:
         return legs, legs
-    out, back = (leg_rows(legs, list(range(len(legs.families)))) for _ in range(2))
+    transmit, receive = (leg_rows(legs, list(range(len(legs.families)))) for _ in range(2))
     for row in surface_rows:
-        lines = unfold_paths(legs.families[row], sonar_end.position, scatterers.position, scene.seabed.depth)
-        times = bounce_times(lines, legs.delay[row], scene, scatterers, sonar_end)
-        for path, time in zip((out, back), times, strict=True):
-            _reflect_in_tilted_planes(path, row, lines, scene, scatterers, sonar_end, time)
-    return out, back
+        paths = unfold_paths(legs.families[row], sonar_end.position, scatterers.position, scene.seabed.depth)
+        times = bounce_times(paths, legs.delay[row], scene, scatterers, sonar_end)
+        for tilted, time in zip((transmit, receive), times, strict=True):
+            _reflect_in_tilted_planes(tilted, row, paths, scene, scatterers, sonar_end, time)
+    return transmit, receive
 
 
 def _reflect_in_tilted_planes(
     legs: Legs, row: int, paths: UnfoldedPaths, scene: Scene, scatterers: Scatterers, sonar_end: SonarEnd, time: Floats
 ) -> None:
-    """Reflect the sonar of one row in its planes, one after the other."""
+    """Change one row of legs to those from the sonar's image in its planes, one after the other, in place."""
     family, bed = legs.families[row], scene.seabed.depth
     speed = float(scene.water.sound_speed_at(sonar_end.position[2]))
     plane_point, normal = tilted_planes(scene, paths.flat_bounce_points(), time)
     vertical = np.array([0.0, 0.0, 1.0])
-    image, facings, bounce = np.broadcast_to(sonar_end.position, scatterers.position.shape), [], 0
+    image, normals, bounce = np.broadcast_to(sonar_end.position, scatterers.position.shape), [], 0
     for letter in bounce_sequence(family):
-        at, facing = (plane_point[bounce], normal[bounce]) if letter == "S" else (np.array([0.0, 0.0, bed]), vertical)
+        at, axis = (plane_point[bounce], normal[bounce]) if letter == "S" else (np.array([0.0, 0.0, bed]), vertical)
         bounce += letter == "S"
-        facings.append(facing)
-        image = image - 2 * np.sum((image - at) * facing, axis=-1, keepdims=True) * facing
+        normals.append(axis)
+        image = image - 2 * np.sum((image - at) * axis, axis=-1, keepdims=True) * axis
     path = scatterers.position - image
     length = np.maximum(np.linalg.norm(path, axis=1), 1e-6)
     arrival = path / length[:, None]
     departure = arrival
-    for facing in reversed(facings):
-        departure = departure - 2 * np.sum(departure * facing, axis=-1, keepdims=True) * facing
+    for axis in reversed(normals):
+        departure = departure - 2 * np.sum(departure * axis, axis=-1, keepdims=True) * axis
     # Evaluated as a change of the flat surface's leg, so that refraction is preserved.
     horizontal = np.concatenate(
         [paths.horizontal_distance[:, None] * paths.horizontal_direction, np.zeros((len(length), 1))], axis=1
@@ -76,9 +76,9 @@ def _reflect_in_tilted_planes(
     legs.absorption[row] *= legs.absorption[row] ** (excess / paths.length)
     legs.length[row] += excess
     for column, direction, z in ((legs.departure, departure, departure_z), (legs.arrival, arrival, arrival_z)):
-        mirror = (horizontal + np.stack([0 * z, 0 * z, z], axis=1)) / paths.length[:, None]
-        turned = column[row] + direction - mirror
-        column[row] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+        flat_direction = (horizontal + np.stack([0 * z, 0 * z, z], axis=1)) / paths.length[:, None]
+        changed = column[row] + direction - flat_direction
+        column[row] = changed / np.linalg.norm(changed, axis=1, keepdims=True)
     update_grazing(legs, row, scatterers.normal)
 
 
@@ -98,9 +98,9 @@ def tilted_planes(scene: Scene, points: Floats, time: Floats) -> tuple[Floats, F
     k = 2 * math.pi / swell.length
     omega = float(angular_frequency(k, water_depth=scene.seabed.depth))
     ahead = np.array([math.cos(scene.surface.wave_direction), math.sin(scene.surface.wave_direction)])
-    turned = k * ((points - np.array(scene.seabed.scatterer_grid.origin)) @ ahead) - omega * time
-    high, steep = swell.height / 2 * np.cos(turned), -k * swell.height / 2 * np.sin(turned)
-    point = np.concatenate([points, -high[..., None]], axis=-1)
+    phase = k * ((points - np.array(scene.seabed.scatterer_grid.origin)) @ ahead) - omega * time
+    elevation, slope = swell.height / 2 * np.cos(phase), -k * swell.height / 2 * np.sin(phase)
+    point = np.concatenate([points, -elevation[..., None]], axis=-1)
     # Depth + elevation is constant on the surface: its gradient is the normal.
-    normal = np.concatenate([steep[..., None] * ahead, np.ones((*steep.shape, 1))], axis=-1)
+    normal = np.concatenate([slope[..., None] * ahead, np.ones((*slope.shape, 1))], axis=-1)
     return point, normal / np.linalg.norm(normal, axis=-1, keepdims=True)

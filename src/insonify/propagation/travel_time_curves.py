@@ -1,7 +1,7 @@
 """Travel-time curves of a family on a flat boundary: delays and launch angles over all distances.
 
-They bound the range of a ping's window and the directions of departure. In
-layered water there is no formula; so the rays to a row of distances are solved once, and bounds are read off.
+They bound the range of a ping's window and the directions of departure. In layered water there is no formula: the rays
+to a row of distances are solved once, and their extremes are kept.
 """
 
 import math
@@ -20,22 +20,23 @@ Floats = NDArray[np.float64]
 STEP = 0.25
 """Spacing of the rays of a curve [m]; coarser where there would be too many."""
 MOST_STEPS = 4000
+"""Largest number of steps to the largest distance [1]."""
 
 
 @dataclass(frozen=True)
 class TravelTimeCurve:
-    """Delays and launch angles of one family over distance; without a ray: infinite bounds in reversed order."""
+    """Extremes of one family's rays over distance, (m,); without a ray the least is +inf and the greatest -inf."""
 
     range_step: float
-    """Spacing of the columns [m]."""
+    """Spacing of the horizontal distances, which begin at 0 [m]."""
     least_delay: Floats
-    """Least delay of the family's rays [s], (m,)."""
+    """Least one-way delay of the family's rays [s], (m,)."""
     greatest_delay: Floats
-    """Greatest delay [s], (m,)."""
+    """Greatest one-way delay [s], (m,)."""
     least_launch_angle: Floats
-    """Least launch angle [rad, + down], (m,)."""
+    """Least launch angle, + down [rad], (m,)."""
     greatest_launch_angle: Floats
-    """Greatest launch angle [rad, + down], (m,)."""
+    """Greatest launch angle, + down [rad], (m,)."""
 
 
 def enclosing_curve(curves: list[TravelTimeCurve]) -> TravelTimeCurve:
@@ -87,29 +88,29 @@ def travel_time_curve(
 
 
 def ranges_within_delays(
-    sweeps: list[TravelTimeCurve], delays: tuple[float, float], delay_margin: float
+    curves: list[TravelTimeCurve], delays: tuple[float, float], delay_margin: float
 ) -> tuple[float, float]:
-    """Nearest and farthest distance at which the delays of some families lie in a span [m].
+    """Nearest and farthest distance at which the one-way delay of any of some families lies in a span [m].
 
     Args:
-        sweeps: Curve of each family and each end of the sonar.
+        curves: Curve of each family and each end of the sonar.
         delays: Half of the earliest and of the latest two-way delay of the window [s].
         delay_margin: Largest difference of delay at the other end of the sonar [s].
 
     Returns:
-        Distances, one column beyond the last within the span; 0 and -1 for none.
+        Distances of the span and one step more on both sides; 0 and -1 where none lies in it.
     """
-    earliest = np.min([curve.least_delay for curve in sweeps], axis=0)
-    latest = np.max([curve.greatest_delay for curve in sweeps], axis=0)
+    earliest = np.min([curve.least_delay for curve in curves], axis=0)
+    latest = np.max([curve.greatest_delay for curve in curves], axis=0)
     columns = np.flatnonzero((earliest <= delays[1] + delay_margin) & (latest >= delays[0] - delay_margin))
     if not columns.size:
         return 0.0, -1.0
-    step = sweeps[0].range_step
+    step = curves[0].range_step
     return step * max(int(columns[0]) - 1, 0), step * float(columns[-1] + 1)
 
 
 def _running_extremes(column: Floats, extreme: np.ufunc) -> Floats:
-    """Extremes of 1, 2, 4, ... columns from each one on, so that any interval is covered by two of them, (k, m)."""
+    """Extremes of 1, 2, 4, ... entries from each one on, shape (k, m): any interval is covered by two of them."""
     tables = [column]
     while 2 ** len(tables) <= len(column):
         half = 2 ** (len(tables) - 1)

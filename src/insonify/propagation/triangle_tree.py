@@ -1,6 +1,7 @@
-"""Triangle tree: triangles in nested bounding boxes, and the first or lowest of them that a segment hits.
+"""Triangle tree: triangles in nested bounding boxes, and the first one, or the lowest solid, that a segment hits.
 
-The tree is in depth-first order; each node stores the next node after a miss, so a traversal needs no stack.
+The tree is in depth-first order; each node stores the next node after a miss, so a traversal needs no stack. The
+lowest solid is the one with the lowest row.
 """
 
 from typing import Any, NamedTuple
@@ -14,10 +15,10 @@ Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 Vector = tuple[float, float, float]
 
-BINS = 16
-MAX_LEAF_TRIANGLES = 4
+BINS = 16  # intervals between which a node may be split
+MAX_LEAF_TRIANGLES = 4  # nodes with more are split
 EDGE_MARGIN = 1e-9
-"""Margin outside its edges at which a triangle still stops a ray, as a fraction of its sides [1]: no gaps."""
+"""Margin outside its edges in which a triangle still stops a ray, re its sides: neighbours leave no gap [1]."""
 
 
 class TriangleTree(NamedTuple):
@@ -26,13 +27,13 @@ class TriangleTree(NamedTuple):
     bounds: Floats
     """Least and greatest coordinates of each node [m], shape (m, 6)."""
     next_on_miss: NDArray[np.int32]
-    """Next node where one is missed, shape (m,)."""
+    """Node with which a traversal goes on after a miss of this one, shape (m,)."""
     first_triangle: NDArray[np.int32]
     """First triangle of a leaf, -1 for other nodes, shape (m,)."""
     triangle_count: NDArray[np.int32]
     """Number of triangles of a leaf, shape (m,)."""
     lowest_solid: NDArray[np.int32]
-    """Row of the lowest solid below each node, shape (m,)."""
+    """Lowest row of a solid among the triangles of each node and its descendants, shape (m,)."""
     corner_and_sides: Floats
     """One corner and the two sides from it of each triangle, in the order of the leaves [m], shape (t, 9)."""
     normal: Floats
@@ -114,7 +115,7 @@ def _build_nodes(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounding_box(low: Floats, high: Floats, order: Integers, start: int, stop: int, bounds: Floats) -> None:
-    """Least and greatest coordinates of some triangles, slightly enlarged, into bounds (6,)."""
+    """Write the least and greatest coordinates of triangles `order[start:stop]`, slightly enlarged, to bounds (6,)."""
     for axis in range(3):
         low_corner, high_corner = np.inf, -np.inf
         for n in range(start, stop):
@@ -154,7 +155,7 @@ def split_node(low: Floats, high: Floats, order: Integers, start: int, stop: int
 def cheapest_split(
     low: Floats, high: Floats, order: Integers, start: int, stop: int, axis: int, low_edge: float, scale: float
 ) -> int:
-    """Bin of the best split: least sum of surface times triangles. First and last bin are filled."""
+    """First bin after the best split: least sum of surface times number of triangles. First and last bin are filled."""
     box = np.empty((BINS, 6))
     box[:, :3], box[:, 3:] = np.inf, -np.inf
     bin_count = np.zeros(BINS, np.int64)
@@ -183,7 +184,7 @@ def cheapest_split(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def merged_half_area(merged_box: Floats, box: Floats) -> float:
-    """Half the surface of a box (6,) merged with another."""
+    """Merge a box (6,) into another, in place, and return half the surface of that [m^2]."""
     for a in range(3):
         merged_box[a] = min(merged_box[a], box[a])
         merged_box[3 + a] = max(merged_box[3 + a], box[3 + a])
@@ -195,11 +196,11 @@ def merged_half_area(merged_box: Floats, box: Floats) -> float:
 def _lowest_solid_below(
     next_on_miss: Integers, first: Integers, count: Integers, solid: Integers, node_solid: Integers
 ) -> None:
-    """Lowest solid of the triangles below each node, into `node_solid`."""
+    """Write the lowest solid of the triangles below each node to `node_solid`."""
     for node in range(next_on_miss.size - 1, -1, -1):
         if first[node] >= 0:
             node_solid[node] = solid[first[node] : first[node] + count[node]].min()
-        else:  # its children follow, and after the first of them
+        else:  # one child follows, the other comes after the descendants of the first
             node_solid[node] = min(node_solid[node + 1], node_solid[next_on_miss[node + 1]])
 
 
@@ -211,7 +212,7 @@ def inverse_step(step: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _misses_box(box: Floats, start: Vector, inverse: Vector, max_multiple: float) -> bool:
-    """Return True if a segment, up to a multiple of its step, misses a box; given by the inverse of its step."""
+    """Return True if a segment from start to a multiple of its step misses a box (6,); inverse: of that step [1/m]."""
     a, b = (box[0] - start[0]) * inverse[0], (box[3] - start[0]) * inverse[0]
     enter, leave = max(0.0, min(a, b)), min(max_multiple, max(a, b))
     a, b = (box[1] - start[1]) * inverse[1], (box[4] - start[1]) * inverse[1]
@@ -246,7 +247,7 @@ def triangle_hit(corner: Floats, start: Vector, step: Vector) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def nearest_hit(tree: TriangleTree, start: Vector, step: Vector, low: float, high: float) -> tuple[float, int]:
-    """First triangle along a ray: multiple of its step, between limits, and row; the upper limit and -1 for none."""
+    """First triangle that a ray hits between two multiples of its step: multiple and row; `high` and -1 for none."""
     inverse = inverse_step(step[0]), inverse_step(step[1]), inverse_step(step[2])
     triangle, node = -1, 0
     while node < tree.next_on_miss.size:
@@ -255,9 +256,9 @@ def nearest_hit(tree: TriangleTree, start: Vector, step: Vector, low: float, hig
             continue
         if tree.first_triangle[node] >= 0:
             for t in range(tree.first_triangle[node], tree.first_triangle[node] + tree.triangle_count[node]):
-                hit_distance = triangle_hit(tree.corner_and_sides[t], start, step)
-                if low < hit_distance < high:
-                    high, triangle = hit_distance, t
+                multiple = triangle_hit(tree.corner_and_sides[t], start, step)
+                if low < multiple < high:
+                    high, triangle = multiple, t
         node += 1
     return high, triangle
 
@@ -266,13 +267,13 @@ def nearest_hit(tree: TriangleTree, start: Vector, step: Vector, low: float, hig
 def lowest_solid(
     tree: TriangleTree, start: Vector, step: Vector, lowest_so_far: int, likely: int
 ) -> tuple[int, int]:  # fmt: skip
-    """Lowest solid that a segment hits, or `lowest_so_far` where none is lower, and the triangle of it that was hit.
+    """Row of the lowest solid that a segment hits, or `lowest_so_far` where none is lower, and the triangle hit.
 
     Args:
         tree: The triangles.
         start: Start of the segment [m].
         step: The segment [m].
-        lowest_so_far: Row of a solid.
+        lowest_so_far: Row of a solid; those of higher rows are not tested.
         likely: Triangle that is tested first, such as that of a neighbouring segment; -1 for none. It is returned where
             none is hit.
     """

@@ -1,6 +1,7 @@
 """Wavefront curvature of a leg at the sonar, from which the field at the elements of an array follows.
 
-In the vertical plane the ray tube's width gives the curvature; across it, where rays are straight, the distance does.
+In the vertical plane the ray tube's width gives the curvature; across that plane, where rays are straight in plan view,
+the distance does.
 See `propagation.aperture_expansion` for higher orders.
 """
 
@@ -27,20 +28,21 @@ class Wavefront:
     """Wavefronts of n legs at the sonar."""
 
     vertical_curvature: Floats
-    """Curvature in the vertical plane [1/m], negative for converging ones, shape (n,)."""
+    """Curvature in the vertical plane [1/m], that of a sphere about the point positive, shape (n,)."""
     horizontal_distance: Floats
     """Horizontal distance to the point [m], shape (n,)."""
     sound_speed_gradient: float
     """Growth of the speed of sound with depth at the sonar [1/s]."""
     expansion: Floats
-    """Higher orders, see `propagation.aperture_expansion`; (terms, n), or (0, n) for none."""
+    """Terms of higher order, see `propagation.aperture_expansion.TERMS`; (TERMS, n), or (0, n) for none."""
 
 
 def wavefronts(legs: Legs, rows: Iterable[int], position: Floats, points: Floats, water: Water) -> list[Wavefront]:
     """Wavefronts of some rows of legs at the sonar's end.
 
-    With H the second derivatives of travel time at the array: d2T/dR2 = dp/dR = 1 / X', known from the tube's width,
-    and the eikonal equation gives H along the ray; the remaining component is H across it.
+    With H the second derivatives of travel time T by the position of the array, X(p) the horizontal range of rays of
+    slowness p: d2T/dR2 = dp/dR = 1 / X', known from the tube's width, and the eikonal equation gives H along the ray.
+    The curvature follows from the remaining component, H across the ray.
 
     Args:
         legs: Legs from that end.

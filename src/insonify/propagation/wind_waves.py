@@ -1,6 +1,6 @@
-"""Wind waves as tables: distribution of the height variance over wavelength, direction and frequency.
+"""Wind waves as tables: distribution of the height variance over wavenumber, direction and frequency.
 
-Tables for drawing waves in proportion to their fraction of the surface's variance. Built once for each wind.
+From the tables random waves are drawn in proportion to the surface's variance. Built once for each wind.
 """
 
 import math
@@ -19,9 +19,9 @@ Floats = NDArray[np.float64]
 WAVENUMBER_COUNT, DIRECTION_TABLE_COUNT, QUANTILE_COUNT = 1024, 48, 65
 """Number of wavenumbers of the tables, of those with quantiles of direction, and of these quantiles."""
 GUIDE_STEPS = 4096
-"""Steps of the guide table to the rows."""
+"""Number of steps of the guide table to the rows."""
 SLOPE_CUT = 3.0
-"""Wavenumber of the sound over that of the shortest waves that count as slope [1]."""
+"""Wavenumber of the sound over that of the shortest waves that tilt the surface for it [1]."""
 
 
 class WindWaves(NamedTuple):
@@ -32,9 +32,10 @@ class WindWaves(NamedTuple):
     variance: Floats
     """Variance of the height below each wavenumber [m^2], shape (m,)."""
     frequency: Floats
-    """Angular frequency of each [rad/s], shape (m,)."""
+    """Angular frequency of the waves of each wavenumber [rad/s], shape (m,)."""
     direction_quantiles: Floats
-    """Direction re the wind's at equal steps of probability, for wavenumbers in equal ratios [rad], shape (d, t)."""
+    """Direction re the first axis at t equal steps of probability 0..1, for d wavenumbers in equal ratios over the same
+    span [rad], shape (d, t)."""
     slope_moments: Floats
     """Moments of the waves below each wavenumber, shape (4, m).
 
@@ -42,10 +43,9 @@ class WindWaves(NamedTuple):
     along the wind times that speed [m/s], positive for downwind waves.
     """
     row_guide: NDArray[np.int32]
-    """Guide to the row of a variance fraction, shape (g + 1,).
+    """Guide to the last row of `variance` that is not above a value v, shape (GUIDE_STEPS + 1,).
 
-    Entry i + 1 is a row not above it, entry i one not below, for i = floor(`GUIDE_STEPS` times the root of the variance
-    fraction beyond it).
+    That row lies between entries i + 1 and i, where i = floor(`GUIDE_STEPS` sqrt(1 - v / total variance)).
     """
 
 
@@ -94,7 +94,7 @@ def row_guide(variance: Floats) -> NDArray[np.int32]:
 
 
 def shortest_wavenumber(frequency: float, sound_speed: float) -> float:
-    """Wavenumber of the shortest waves that count as slope for sound [rad/m].
+    """Wavenumber of the shortest waves that tilt the surface for sound [rad/m].
 
     Args:
         frequency: Frequency of the sound [Hz].

@@ -24,7 +24,7 @@ from insonify.units import level_db
 from insonify.validity import require_grazing_angle, require_numbers, require_sound_speed, warn_outside
 
 LAW = "APL-UW TR 9407 (1994) bottom backscatter"
-LEAST_GRAZING = math.radians(1e-3)
+LEAST_GRAZING = math.radians(1e-3)  # lower angles count as this one [rad]
 LEAST_KIRCHHOFF = math.radians(40)
 """Grazing angle below which the Kirchhoff term is 0 [rad]."""
 # Gauss-Hermite rule of three points for an average over slopes.

@@ -39,7 +39,9 @@ from insonify.units import amplitude_ratio
 Singles = NDArray[np.float32]
 
 HIGHEST_LOG2 = 40.0
+"""End of the table of Kirchhoff's integral over log2 q [octaves]."""
 FACTOR_NODES = 4097
+"""Number of entries of the table of the factor of one direction [1]."""
 GROUP = 8192
 """Cross sections evaluated per call of the loop, few enough for the cache [1]."""
 NO_CAP = np.ones(1, np.float32)
@@ -105,10 +107,10 @@ class CompiledLaw:
         vectors = [np.broadcast_to(column, (3, count)) for column in columns]
         section = np.empty(count, np.float32)
         for start in range(0, count, GROUP):
-            part = slice(start, start + GROUP)
+            group = slice(start, start + GROUP)
             # Copies: a read-only view of single precision would be another type, compiled separately.
-            into, out, up = (np.array(column[:, part], dtype=np.float32, order="C") for column in vectors)
-            self.fill(into, out, up, section[part])
+            into, out, up = (np.array(column[:, group], dtype=np.float32, order="C") for column in vectors)
+            self.fill(into, out, up, section[group])
         return section
 
     def fill(self, incoming: Singles, outgoing: Singles, normal: Singles, section: Singles) -> None:
@@ -239,7 +241,7 @@ def _numbers(
 
 
 def _log2_integral(sediment: Sediment, *, grating: bool = False) -> Singles:
-    """log2 I over evenly spaced log2 q; for a grating alone, the asymptote of I for small q."""
+    """log2 of Kirchhoff's integral I over evenly spaced log2 q; for perturbation theory, I's asymptote for small q."""
     from scipy.special import gamma
 
     alpha = hurst_exponent(sediment)

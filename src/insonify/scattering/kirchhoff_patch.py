@@ -8,8 +8,8 @@ splitting to follow curved wavefronts.
 
 A short pulse changes within the delays of a patch. The patch is then given as its sides: each has its own delay and
 the part of the integral that falls off linearly towards the opposite side, so that the envelope of the echo is
-interpolated between them. With one delay for each patch, neighbours would not cancel, and a face off the specular
-direction would shine where its patches end.
+interpolated between them. With one delay for each patch, neighbours would not cancel, and a face would have echoes from
+the borders of its patches in directions other than the specular one.
 """
 
 from dataclasses import dataclass

@@ -77,13 +77,13 @@ def grating_strength(sediment: Sediment, d: ScatteringGeometry) -> Floats:
 
 
 def transmission(sediment: Sediment, d: ScatteringGeometry) -> Floats:
-    """Share of sound that enters the sediment on the transmit leg and returns on the receive leg [1].
+    """Factor on the scattered energy by the transmission of the interface on both legs [1].
 
     Returns:
-        |1 + R_in|^2 |1 + R_out|^2 / (16 rho^4).
+        |1 + R_in|^2 |1 + R_out|^2 / (16 rho^4), R the pressure reflection coefficients.
     """
     rho = sediment.density_ratio
-    share_in, share_out = (
+    factor_in, factor_out = (
         (sine / np.abs(rho * sine + vertical_wavenumber(sediment, sine))) ** 2 for sine in (d.sine_in, d.sine_out)
     )
-    return np.asarray(share_in * share_out)
+    return np.asarray(factor_in * factor_out)

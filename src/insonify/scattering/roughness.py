@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-LOWEST_LOG_Q, HIGHEST_LOG_Q, LOG_Q_STEP = -16.0, 28.0, 0.05
+LOWEST_LOG_Q, HIGHEST_LOG_Q, LOG_Q_STEP = -16.0, 28.0, 0.05  # natural logarithms: ends and step of the table of I(q)
 STEEPEST_SLOPE_DEG = 30.0
 """Rms slope [deg] above which small-slope scattering is far below the large-roughness form of the handbook."""
 
@@ -112,7 +112,7 @@ class KirchhoffIntegral:
     alpha: float
     """Hurst exponent of the relief [1]."""
     spline: CubicSpline
-    """log I over log q."""
+    """Natural logarithm of I over that of q."""
 
     def __call__(self, q: ArrayLike) -> Floats:
         """I(q) [1] for q above 0, any shape; beyond the table its two asymptotic power laws."""

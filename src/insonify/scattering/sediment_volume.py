@@ -126,10 +126,10 @@ def check_sediment_volume(law: str, sediment: Sediment, volume_spectrum: str) ->
 
 
 def isotropic_strength(sediment: Sediment) -> float:
-    """Volume scattering cross section of the sediment, over the wavenumber in the water.
+    """Volume scattering cross section per unit volume and solid angle [1/m] over the wavenumber in the water [rad/m].
 
     Returns:
-        sigma_2 times the attenuation [dB/m], over k: per unit volume, solid angle and wavenumber [1].
+        Volume parameter sigma_2 [1/dB] times the sediment's attenuation [dB/m] over the wavenumber [1].
 
     Source: APL-UW TR 9407 (1994), eqs. 65-66 (equation numbers from a public transcription).
     """
