@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from insonify.ocean.directional_spreading import CosinePowerSpreading, ElfouhailySpreading
 from insonify.ocean.elfouhaily import Elfouhaily, phase_speed
 from insonify.ocean.jonswap import Jonswap
-from insonify.ocean.pierson_moskowitz import MAST, PHILLIPS, SHAPE, PiersonMoskowitz
+from insonify.ocean.pierson_moskowitz import MAST_WIND_RATIO, PHILLIPS, SHAPE, PiersonMoskowitz
 from insonify.ocean.wave_spectrum import (
     GRAVITY,
     angular_frequency,
@@ -38,7 +38,7 @@ spectra = {
 def test_stewart_prints_these_moments(row):
     """The developed sea of Pierson and Moskowitz, to half of the last printed digit."""
     sea = PiersonMoskowitz(12.0)
-    aloft = MAST * 12.0
+    aloft = MAST_WIND_RATIO * 12.0
     ours = {
         "peak frequency times U19.5 over g": math.sqrt(GRAVITY * sea.peak) * aloft / GRAVITY,
         "variance times g^2 over U19.5^4": height_variance(sea) * GRAVITY**2 / aloft**4,
@@ -50,7 +50,7 @@ def test_stewart_prints_these_moments(row):
 @given(winds)
 def test_a_developed_sea_has_its_closed_form(wind):
     """Pierson and Moskowitz: variance alpha U^4 / (4 beta g^2), with U at 19.5 m."""
-    expected = PHILLIPS * (MAST * wind) ** 4 / (4 * SHAPE * GRAVITY**2)
+    expected = PHILLIPS * (MAST_WIND_RATIO * wind) ** 4 / (4 * SHAPE * GRAVITY**2)
     assert height_variance(PiersonMoskowitz(wind)) == pytest.approx(expected, rel=1e-5)
 
 
@@ -89,7 +89,7 @@ def test_slope_of_a_saturated_sea():
 
 def test_heave_of_a_developed_sea():
     """Vertical speed: alpha U^2 sqrt(pi / beta) / 4, by Gamma(1/2), within 0.5 % (short waves left out, tension)."""
-    expected = PHILLIPS * (MAST * 10) ** 2 * math.sqrt(math.pi / SHAPE) / 4
+    expected = PHILLIPS * (MAST_WIND_RATIO * 10) ** 2 * math.sqrt(math.pi / SHAPE) / 4
     assert vertical_speed_rms(PiersonMoskowitz(10.0), 100.0) ** 2 == pytest.approx(expected, rel=5e-3)
     assert vertical_speed_rms(PiersonMoskowitz(10.0), 100.0, water_depth=5.0) ** 2 < 0.8 * expected
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.scattering.kirchhoff_facet import NEAR, KirchhoffFacet, corner_phasor, mean_phasor, side_phasor
+from insonify.scattering.kirchhoff_facet import SERIES_RANGE, KirchhoffFacet, corner_phasor, mean_phasor, side_phasor
 
 phases = st.floats(-60.0, 60.0)
 UP = np.array([0.0, 0.0, -1.0])
@@ -87,8 +87,8 @@ def test_corners_of_equal_phase_are_no_special_case():
         for tiny in (0.0, 1e-15, 1e-9):
             moved = mean_phasor(base[0], base[1] + tiny, base[2] - tiny)
             assert moved == pytest.approx(mean_phasor(*base), abs=1e-8 * (tiny > 1e-12) + 1e-13)
-    for middle in (0.0, 0.2, NEAR):
-        below, above = (mean_phasor(1.0, 1 + middle, 1 + NEAR + step) for step in (-1e-13, 1e-13))
+    for middle in (0.0, 0.2, SERIES_RANGE):
+        below, above = (mean_phasor(1.0, 1 + middle, 1 + SERIES_RANGE + step) for step in (-1e-13, 1e-13))
         assert below == pytest.approx(above, abs=1e-12)
     assert mean_phasor(0.0, 0.0, 0.0) == 1
 

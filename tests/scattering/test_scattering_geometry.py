@@ -102,7 +102,11 @@ def test_directions_are_symmetric_to_the_bit(a, b, azimuth):
     """Exchanged, nothing but in and out changes places."""
     one, other = scattering_geometry(a, b, azimuth), scattering_geometry(b, a, azimuth)
     assert one.sine_in == other.sine_out and one.sine_out == other.sine_in
-    assert one.along == other.along and one.transverse2 == other.transverse2 and one.vertical == other.vertical
+    assert (
+        one.in_plane_product == other.in_plane_product
+        and one.transverse2 == other.transverse2
+        and one.vertical == other.vertical
+    )
 
 
 def test_backscatter_changes_the_whole_wavenumber():

@@ -139,7 +139,7 @@ class FamilyTable(NamedTuple):
     """Product of the reflection coefficients of a family, over evenly spaced sines of the grazing angle at the mean
     seabed, 0 to 1 [1], (f, nodes)."""
     direction_factor: Singles
-    """Direction factor of a law that is a product of one factor for each leg, see `CompiledLaw.factor`; else empty."""
+    """`CompiledLaw.direction_factors` of a law that is a product of one factor for each leg [1]; else empty."""
     absorption_exponent: float
     """Absorption as the base-2 exponent of pressure [1/m]."""
     refraction: RefractionTable = STRAIGHT

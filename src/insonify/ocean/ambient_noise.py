@@ -4,8 +4,7 @@ Turbulence and ships dominate below a kilohertz, wind and rain up to about 100 k
 above. Each source is a published fit; they add as powers. Measured levels differ from
 such curves by 5 to 10 dB, most in shallow water: give a measured spectrum where there is one.
 
-Levels are spectrum levels of mean-square pressure, dB re 1 uPa^2/Hz, at an omnidirectional
-hydrophone near the surface.
+Levels are spectrum levels of mean-square pressure, dB re 1 uPa^2/Hz, at an omnidirectional hydrophone near the surface.
 """
 
 from __future__ import annotations
@@ -16,22 +15,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.ocean.wind import STRONGEST
+from insonify.ocean.wind import MAX_WIND
 from insonify.units import intensity_ratio, level_db
 from insonify.validity import require_numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
-FIT_RANGE = (1.0, 100e3)
-"""Frequencies at which the fits to Wenz's curves are in use [Hz]; his data end at 20 kHz."""
-RAIN_RANGE = (1e3, 50e3)
+WIND_NOISE_RANGE = (1.0, 100e3)
+"""Frequencies at which the fit to Wenz's curves of wind noise is in use [Hz]; his data end at 20 kHz."""
+RAIN_NOISE_RANGE = (1e3, 50e3)
 """Frequencies at which rain noise has been measured widely [Hz]."""
-TURBULENT = (1.0, 100.0)
+TURBULENCE_RANGE = (1.0, 100.0)
 """Frequencies at which turbulence contributes [Hz]."""
-SHIPPING = (10.0, 1e3)
+SHIPPING_RANGE = (10.0, 1e3)
 """Frequencies at which distant ships contribute [Hz]."""
-SIGNIFICANT_SHARE = 0.1
-"""Share of the total power above which a fit outside its range is warned about [1]."""
+SIGNIFICANT_FRACTION = 0.1
+"""Fraction of the total power above which a fit outside its range is warned about [1]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,8 +65,8 @@ class NoiseSpectrum:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, NoiseSpectrum):
             return NotImplemented
-        mine, theirs = (np.stack((s.frequency, s.spectrum_level_db)) for s in (self, other))
-        return np.array_equal(mine, theirs)
+        own, others = (np.stack((s.frequency, s.spectrum_level_db)) for s in (self, other))
+        return np.array_equal(own, others)
 
     def __hash__(self) -> int:
         return hash((self.frequency.tobytes(), self.spectrum_level_db.tobytes()))
@@ -78,7 +77,7 @@ class NoiseSpectrum:
         return f"NoiseSpectrum: {f.size} frequencies, {span}, {level.min():.1f} to {level.max():.1f} dB re 1 uPa^2/Hz"
 
     def level_db(self, frequency: ArrayLike) -> Floats:
-        """Measured spectrum level [dB re 1 uPa^2/Hz]; outside the measured band the end value, with a warning.
+        """Measured spectrum level [dB re 1 uPa^2/Hz]; outside the band that of its nearer end, with a warning.
 
         Args:
             frequency: Frequency [Hz], any shape.
@@ -119,7 +118,7 @@ def turbulence_noise_db(frequency: ArrayLike) -> Floats:
         >>> print(turbulence_noise_db(10.0))
         77.0
     """
-    warn_outside("The fit of turbulence noise", "frequency", _positive(frequency), *TURBULENT, "Hz")
+    warn_outside("The fit of turbulence noise", "frequency", _positive(frequency), *TURBULENCE_RANGE, "Hz")
     return _turbulence_db(frequency)
 
 
@@ -141,7 +140,7 @@ def shipping_noise_db(frequency: ArrayLike, shipping: ArrayLike = 0.5) -> Floats
         >>> shipping_noise_db(100.0, shipping=[0.0, 0.5, 1.0]).round().tolist()
         [57.0, 67.0, 77.0]
     """
-    warn_outside("The fit of shipping noise", "frequency", _positive(frequency), *SHIPPING, "Hz")
+    warn_outside("The fit of shipping noise", "frequency", _positive(frequency), *SHIPPING_RANGE, "Hz")
     return _shipping_db(frequency, shipping)
 
 
@@ -165,12 +164,12 @@ def wind_noise_db(frequency: ArrayLike, wind_speed: ArrayLike = 5.0) -> Floats:
         >>> wind_noise_db(10e3, wind_speed=[2.5, 5.0, 10.0]).round().tolist()
         [41.0, 46.0, 53.0]
     """
-    warn_outside("The fit of wind noise", "frequency", _positive(frequency), *FIT_RANGE, "Hz")
+    warn_outside("The fit of wind noise", "frequency", _positive(frequency), *WIND_NOISE_RANGE, "Hz")
     return _wind_db(frequency, wind_speed)
 
 
 def _wind_db(frequency: ArrayLike, wind_speed: ArrayLike) -> Floats:
-    w = require_numbers("wind_speed", wind_speed, "m/s", 0.0, STRONGEST)
+    w = require_numbers("wind_speed", wind_speed, "m/s", 0.0, MAX_WIND)
     warn_outside("The fit of wind noise", "wind", w, 0.0, 20.0, "m/s")
     return np.asarray(_log(frequency, 50.0, 20.0) + 7.5 * np.sqrt(w) - 40 * np.log10(_positive(frequency) / 1e3 + 0.4))
 
@@ -191,15 +190,15 @@ def rain_noise_db(frequency: ArrayLike, rain_rate: ArrayLike) -> Floats:
         >>> rain_noise_db(5e3, rain_rate=[2.0, 10.0]).round().tolist()
         [47.0, 58.0]
     """
-    warn_outside("The fit of rain noise", "frequency", _positive(frequency), *RAIN_RANGE, "Hz")
+    warn_outside("The fit of rain noise", "frequency", _positive(frequency), *RAIN_NOISE_RANGE, "Hz")
     return _rain_db(frequency, rain_rate)
 
 
 def _rain_db(frequency: ArrayLike, rain_rate: ArrayLike) -> Floats:
     rate = require_numbers("rain_rate", rain_rate, "mm/h", 0.0)
     warn_outside("The fit of rain noise", "rain", rate, 0.0, 200.0, "mm/h")
-    fall = -20 * np.log10(np.maximum(_positive(frequency) / 20e3, 1.0))
-    return np.asarray(42.4 + 1.54 * level_db(rate) + fall)
+    roll_off_db = -20 * np.log10(np.maximum(_positive(frequency) / 20e3, 1.0))
+    return np.asarray(42.4 + 1.54 * level_db(rate) + roll_off_db)
 
 
 def noise_components_db(
@@ -250,7 +249,7 @@ def noise_level_db(
 
     Returns:
         Spectrum level [dB re 1 uPa^2/Hz], broadcast shape of the arguments. Warned where a fit contributes
-        more than `SIGNIFICANT_SHARE` of the power outside its range.
+        more than `SIGNIFICANT_FRACTION` of the power outside its range.
 
     Example:
         >>> noise_level_db([10e3, 100e3, 500e3], wind_speed=5.0).round().tolist()
@@ -262,14 +261,15 @@ def noise_level_db(
     powers = {name: intensity_ratio(level) for name, level in levels.items()}
     total = np.asarray(sum(powers.values()))
     f = np.broadcast_to(np.asarray(frequency, dtype=float), total.shape)
-    for name, (low, high) in {"wind": FIT_RANGE, "rain": RAIN_RANGE}.items():
+    for name, (low, high) in {"wind": WIND_NOISE_RANGE, "rain": RAIN_NOISE_RANGE}.items():
         warn_outside(
-            f"The fit of {name} noise", "frequency", f[powers[name] > SIGNIFICANT_SHARE * total], low, high, "Hz"
+            f"The fit of {name} noise", "frequency", f[powers[name] > SIGNIFICANT_FRACTION * total], low, high, "Hz"
         )
     return level_db(total)
 
 
 def _log(frequency: ArrayLike, at_1_khz: float, per_decade: float) -> Floats:
+    """Level linear in the logarithm of frequency [dB], from its value at 1 kHz [dB] and its slope [dB per decade]."""
     return np.asarray(at_1_khz + per_decade * np.log10(_positive(frequency) / 1e3))
 
 

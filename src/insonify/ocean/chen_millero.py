@@ -50,11 +50,10 @@ def chen_millero_speed(temperature: ArrayLike, salinity: ArrayLike, pressure_dba
     Returns:
         Sound speed [m/s], broadcast shape of the arguments.
 
-    Source: Chen & Millero (1977), J. Acoust. Soc. Am. 62(5), 1129-1135, the UNESCO algorithm
-    (Fofonoff & Millard 1983), in the ITS-90 coefficients of Wong & Zhu (1995), J. Acoust. Soc.
-    Am. 97(3), 1732-1736, Table III. Checked against printed grid points to 1e-3 m/s.
-    The refit moves the UNESCO check point (40, 40 degC on the scale of 1968, 10000 dbar) by +0.009 m/s;
-    "unesco" gives it as printed.
+    Source: Chen & Millero (1977), J. Acoust. Soc. Am. 62(5), 1129-1135, the UNESCO algorithm (Fofonoff & Millard 1983),
+    in the ITS-90 coefficients of Wong & Zhu (1995), J. Acoust. Soc. Am. 97(3), 1732-1736, Table III. Checked against
+    printed grid points to 1e-3 m/s. The refit moves the UNESCO check point (40, 40 degC on the scale of 1968, 10000
+    dbar) by +0.009 m/s; "unesco" gives it as printed.
     Valid: 0..40 degC, 0..40, 0..10000 dbar.
     """
     warn_outside(LAW, "temperature", temperature, 0.0, 40.0, "degC")

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from insonify.ocean.elfouhaily import SLOWEST, Elfouhaily, phase_speed
+from insonify.ocean.elfouhaily import RIPPLE_SPEED, Elfouhaily, phase_speed
 from insonify.ocean.wave_spectrum import Floats
 from insonify.validity import require_number, require_numbers
 
@@ -23,7 +23,7 @@ class DirectionalSpreading(Protocol):
     """Distribution of the waves of one wavenumber over directions."""
 
     def density(self, angle: ArrayLike, wavenumber: ArrayLike) -> Floats:
-        """Share of the variance per angle from the mean direction [1/rad].
+        """Fraction of the variance per angle from the mean direction [1/rad].
 
         Args:
             angle: Direction of travel relative to the mean direction, -pi to pi [rad], any shape.
@@ -35,10 +35,10 @@ class DirectionalSpreading(Protocol):
         ...
 
     def quantile(self, probability: ArrayLike, wavenumber: ArrayLike) -> Floats:
-        """Angle below which a given share of the variance lies [rad].
+        """Angle below which a given fraction of the variance lies [rad].
 
         Args:
-            probability: Share of the variance, 0 to 1 [1], any shape.
+            probability: Fraction of the variance, 0 to 1 [1], any shape.
             wavenumber: Wavenumber [rad/m], broadcast.
 
         Returns:
@@ -69,12 +69,12 @@ class CosinePowerSpreading:
         object.__setattr__(self, "exponent", exponent)
 
     def density(self, angle: ArrayLike, wavenumber: ArrayLike) -> Floats:
-        """Share of the variance per angle [1/rad], see `DirectionalSpreading`."""
+        """Fraction of the variance per angle [1/rad], see `DirectionalSpreading`."""
         k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
         return _cosine_density(angle, np.full(k.shape, self.exponent))
 
     def quantile(self, probability: ArrayLike, wavenumber: ArrayLike) -> Floats:
-        """Angle below which a share of the variance lies [rad], see `DirectionalSpreading`."""
+        """Angle below which a fraction of the variance lies [rad], see `DirectionalSpreading`."""
         k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
         return _cosine_quantile(probability, np.full(k.shape, self.exponent))
 
@@ -100,11 +100,11 @@ class ElfouhailySpreading:
     """Wave spectrum to which the spreading belongs."""
 
     def density(self, angle: ArrayLike, wavenumber: ArrayLike) -> Floats:
-        """Share of the variance per angle [1/rad], see `DirectionalSpreading`."""
+        """Fraction of the variance per angle [1/rad], see `DirectionalSpreading`."""
         return _cosine_density(angle, self._exponent(wavenumber))
 
     def quantile(self, probability: ArrayLike, wavenumber: ArrayLike) -> Floats:
-        """Angle below which a share of the variance lies [rad], see `DirectionalSpreading`."""
+        """Angle below which a fraction of the variance lies [rad], see `DirectionalSpreading`."""
         return _cosine_quantile(probability, self._exponent(wavenumber))
 
     def anisotropy(self, wavenumber: ArrayLike) -> Floats:
@@ -116,12 +116,14 @@ class ElfouhailySpreading:
         return np.asarray(np.tanh(self._narrowness(wavenumber)))
 
     def _narrowness(self, wavenumber: ArrayLike) -> Floats:
+        """Argument x of the tanh in the published spreading [1]."""
         c = phase_speed(wavenumber)
-        peak = self.sea.wind_speed / self.sea.inverse_age
-        ripples = 0.13 * self.sea.friction_velocity / SLOWEST * (SLOWEST / c) ** 2.5
-        return np.asarray(math.log(2) / 4 + 4 * (c / peak) ** 2.5 + ripples)
+        peak_speed = self.sea.wind_speed / self.sea.inverse_age
+        ripples = 0.13 * self.sea.friction_velocity / RIPPLE_SPEED * (RIPPLE_SPEED / c) ** 2.5
+        return np.asarray(math.log(2) / 4 + 4 * (c / peak_speed) ** 2.5 + ripples)
 
     def _exponent(self, wavenumber: ArrayLike) -> Floats:
+        """Exponent s of the one-sided spreading [1]."""
         return np.asarray(1 + 2 * self._narrowness(wavenumber) / math.log(2))
 
 

@@ -17,13 +17,13 @@ from insonify.ocean.wind import checked_wind
 from insonify.validity import require_number, require_numbers, warn_outside
 
 LAW = "Elfouhaily et al. (1997) wave spectrum"
-DEVELOPED = 0.84
+DEVELOPED_INVERSE_AGE = 0.84
 """Inverse wave age of a fully developed sea [1]."""
-GROWN = 2.2e4
+DEVELOPED_FETCH = 2.2e4
 """Fetch in units of U^2/g over which a sea becomes fully developed [1]."""
-RIPPLE = 370.0
+RIPPLE_WAVENUMBER = 370.0
 """Wavenumber of the slowest waves, at the transition from gravity to capillary waves [rad/m]."""
-SLOWEST = 0.23
+RIPPLE_SPEED = 0.23
 """Phase speed of those waves [m/s]."""
 
 
@@ -32,7 +32,7 @@ class Elfouhaily:
     """A wind sea of any age, with its short waves.
 
     Source: Elfouhaily, Chapron, Katsaros & Vandemark (1997), J. Geophys. Res. 102, 15781, with
-    the short waves cut at the peak like the long ones (later erratum) and the drag
+    the short waves cut off below the peak like the long ones (later erratum) and the drag
     (0.8 + 0.065 U) 1e-3. From secondary sources and compared with public codes, which
     differ in alpha_p = 0.006 Omega^0.5 (here) or Omega^0.55; not verified against the paper.
     Valid: wind 3 to 21 m/s (the range the paper plots), inverse wave age 0.84 to 5.
@@ -45,7 +45,7 @@ class Elfouhaily:
 
     wind_speed: float
     """Wind 10 m above the sea [m/s]."""
-    inverse_age: float = DEVELOPED
+    inverse_age: float = DEVELOPED_INVERSE_AGE
     """Wind over phase speed of the dominant waves, Omega: 0.84 developed, 5 very young [1]."""
 
     def __post_init__(self) -> None:
@@ -66,8 +66,8 @@ class Elfouhaily:
         wind_speed = checked_wind("Elfouhaily", wind_speed)
         if not (isinstance(fetch, float) and math.isinf(fetch) and fetch > 0):  # an open ocean has no shore
             fetch = require_number("fetch", fetch, "m", 0.0, exclude_low=True, example="50e3 to the upwind shore")
-        grown = GRAVITY * fetch / wind_speed**2 / GROWN
-        return cls(wind_speed, DEVELOPED * math.tanh(grown**0.4) ** -0.75)
+        relative_fetch = GRAVITY * fetch / wind_speed**2 / DEVELOPED_FETCH
+        return cls(wind_speed, DEVELOPED_INVERSE_AGE * math.tanh(relative_fetch**0.4) ** -0.75)
 
     @property
     def peak(self) -> float:
@@ -92,10 +92,12 @@ class Elfouhaily:
 
     def _short_waves(self, k: Floats) -> Floats:
         """Curvature spectrum of the short waves, which depend on the friction velocity [1]."""
-        log_ratio = math.log(self.friction_velocity / SLOWEST)
+        log_ratio = math.log(self.friction_velocity / RIPPLE_SPEED)
         # Below a wind of about 3 m/s the fit turns negative: there are no ripples then.
         equilibrium = max(0.01 * (1 + (log_ratio if log_ratio < 0 else 3 * log_ratio)), 0.0)
-        return np.asarray(0.5 * equilibrium * SLOWEST / phase_speed(k) * np.exp(-0.25 * (k / RIPPLE - 1) ** 2))
+        return np.asarray(
+            0.5 * equilibrium * RIPPLE_SPEED / phase_speed(k) * np.exp(-0.25 * (k / RIPPLE_WAVENUMBER - 1) ** 2)
+        )
 
     def _peak_shape(self, k: Floats) -> Floats:
         """Low-frequency cut-off and enhancement of the peak [1]."""
@@ -106,10 +108,11 @@ class Elfouhaily:
 
     @property
     def _peak_speed(self) -> float:
+        """Phase speed of the dominant waves [m/s]."""
         return self.wind_speed / self.inverse_age
 
 
 def phase_speed(wavenumber: ArrayLike) -> Floats:
     """Phase speed of waves in deep water, as Elfouhaily writes it [m/s], at wavenumbers above 0 [rad/m]."""
     k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0, exclude_low=True)
-    return np.asarray(np.sqrt(GRAVITY / k * (1 + (k / RIPPLE) ** 2)))
+    return np.asarray(np.sqrt(GRAVITY / k * (1 + (k / RIPPLE_WAVENUMBER) ** 2)))

@@ -50,9 +50,9 @@ def delay_variance(path_length: ArrayLike, sound_speed: ArrayLike, inhomogeneity
     from scipy.special import erf
 
     x = np.asarray(path_length, float) / inhomogeneity.correlation_length
-    patches = np.sqrt(np.pi) * x * erf(x) + np.expm1(-(x**2))
+    integral = np.sqrt(np.pi) * x * erf(x) + np.expm1(-(x**2))
     return np.asarray(
-        (inhomogeneity.rms_index * inhomogeneity.correlation_length / np.asarray(sound_speed, float)) ** 2 * patches
+        (inhomogeneity.rms_index * inhomogeneity.correlation_length / np.asarray(sound_speed, float)) ** 2 * integral
     )
 
 

@@ -1,7 +1,6 @@
 """Wave spectrum of a fetch-limited sea: JONSWAP (1973).
 
-Near an upwind shore the waves are young: shorter than those of a developed sea, with a sharper peak
-of the spectrum.
+Near an upwind shore the waves are young: shorter than those of a developed sea, with a sharper peak of the spectrum.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from insonify.ocean.wind import checked_wind
 from insonify.validity import require_number, require_numbers, warn_outside
 
 LAW = "JONSWAP (1973) wave spectrum"
-YOUNGEST, OLDEST = 0.1, 2.2e4
+SHORTEST_FETCH, LONGEST_FETCH = 0.1, 2.2e4
 """Fetches in units of U^2 / g: the shortest measured (not verified), and that of a fully developed sea [1]."""
 
 
@@ -25,8 +24,8 @@ class Jonswap:
     """Wind sea of a given distance from the upwind shore.
 
     Source: Hasselmann et al. (1973), Dtsch. Hydrogr. Z. Suppl. A 8(12); constants checked
-    against three public implementations, not verified against the paper. The width on
-    either side of the peak is 0.07 and 0.09.
+    against three public implementations, not verified against the paper. The relative
+    width of the peak is 0.07 below and 0.09 above its frequency.
     Valid: fetch-limited wind seas in deep water, 0.1 to 2.2e4 U^2/g from the shore (beyond, the sea is developed:
     `PiersonMoskowitz`); gravity waves, longer than some decimetres.
 
@@ -45,19 +44,13 @@ class Jonswap:
 
     def __post_init__(self) -> None:
         """Refuse an impossible wind speed, fetch or peak enhancement."""
-        for name, value in (
-            ("wind_speed", checked_wind("Jonswap", self.wind_speed)),
-            (
-                "fetch",
-                require_number(
-                    "Jonswap.fetch", self.fetch, "m", 0.0, exclude_low=True, example="50e3 to the upwind shore"
-                ),
-            ),
-            ("enhancement", require_number("Jonswap.enhancement", self.enhancement, "", 1.0, 10.0, example="3.3")),
-        ):
+        wind, shore = checked_wind("Jonswap", self.wind_speed), "50e3 to the upwind shore"
+        fetch = require_number("Jonswap.fetch", self.fetch, "m", 0.0, exclude_low=True, example=shore)
+        enhancement = require_number("Jonswap.enhancement", self.enhancement, "", 1.0, 10.0, example="3.3")
+        for name, value in (("wind_speed", wind), ("fetch", fetch), ("enhancement", enhancement)):
             object.__setattr__(self, name, value)
-        fetch = GRAVITY * self.fetch / self.wind_speed**2
-        warn_outside(LAW, "fetch in units of U^2/g", fetch, YOUNGEST, OLDEST, "")
+        relative_fetch = GRAVITY * self.fetch / self.wind_speed**2
+        warn_outside(LAW, "fetch in units of U^2/g", relative_fetch, SHORTEST_FETCH, LONGEST_FETCH, "")
 
     @property
     def peak_frequency(self) -> float:

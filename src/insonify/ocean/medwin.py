@@ -1,4 +1,4 @@
-"""Sound speed on the back of an envelope: Medwin's law of 1975."""
+"""Sound speed of the upper ocean in few terms: Medwin's law of 1975."""
 
 from __future__ import annotations
 
@@ -28,5 +28,5 @@ def medwin_speed(temperature: ArrayLike, salinity: ArrayLike, depth: ArrayLike) 
     warn_outside(LAW, "salinity", salinity, 0.0, 45.0, "g/kg")
     warn_outside(LAW, "depth", depth, 0.0, 1000.0, "m")
     t, s, z = (np.asarray(a, dtype=float) for a in (temperature, salinity, depth))
-    warmth = 4.6 * t - 0.055 * t**2 + 2.9e-4 * t**3
-    return np.asarray(1449.2 + warmth + (1.34 - 0.010 * t) * (s - 35) + 0.016 * z)
+    temperature_terms = 4.6 * t - 0.055 * t**2 + 2.9e-4 * t**3
+    return np.asarray(1449.2 + temperature_terms + (1.34 - 0.010 * t) * (s - 35) + 0.016 * z)

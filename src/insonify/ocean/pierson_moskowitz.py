@@ -20,9 +20,9 @@ PHILLIPS = 8.1e-3
 """Strength of the saturated range, Phillips' alpha [1]."""
 SHAPE = 0.74
 """Pierson and Moskowitz's beta [1]."""
-MEASURED = (3.0, 20.0)
+WIND_RANGE = (3.0, 20.0)
 """Wind speeds for which the spectrum is in use [m/s]; its data have 10 to 20."""
-MAST = 1.026
+MAST_WIND_RATIO = 1.026
 """Wind at the weather ships' 19.5 m over wind at 10 m, for a drag coefficient of 1.3e-3 [1]."""
 
 
@@ -46,18 +46,18 @@ class PiersonMoskowitz:
     def __post_init__(self) -> None:
         """Refuse an impossible wind speed."""
         object.__setattr__(self, "wind_speed", checked_wind("PiersonMoskowitz", self.wind_speed))
-        warn_outside(LAW, "wind speed", self.wind_speed, *MEASURED, "m/s")
+        warn_outside(LAW, "wind speed", self.wind_speed, *WIND_RANGE, "m/s")
 
     @property
     def peak(self) -> float:
         """Wavenumber of the peak in frequency, omega_p = (4 beta / 5)^(1/4) g / U19.5 [rad/m]."""
-        return GRAVITY * (0.8 * SHAPE) ** 0.5 / (MAST * self.wind_speed) ** 2
+        return GRAVITY * (0.8 * SHAPE) ** 0.5 / (MAST_WIND_RATIO * self.wind_speed) ** 2
 
     def frequency_density(self, angular_frequency: ArrayLike) -> Floats:
         """Variance of the height per angular frequency [m^2 s], at frequencies above 0 [rad/s], any shape."""
         omega = require_numbers("angular_frequency", angular_frequency, "rad/s", 0.0, exclude_low=True)
-        slowness = GRAVITY / (MAST * self.wind_speed * omega)
-        return np.asarray(PHILLIPS * GRAVITY**2 / omega**5 * np.exp(-SHAPE * slowness**4))
+        wave_age = GRAVITY / (MAST_WIND_RATIO * self.wind_speed * omega)
+        return np.asarray(PHILLIPS * GRAVITY**2 / omega**5 * np.exp(-SHAPE * wave_age**4))
 
     def density(self, wavenumber: ArrayLike) -> Floats:
         """Variance of the height per wavenumber [m^3], at wavenumbers above 0 [rad/m], any shape.

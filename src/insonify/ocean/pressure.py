@@ -40,9 +40,9 @@ def pressure_dbar(depth: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
         >>> f"{pressure_dbar(1000.0):.0f} dbar"
         '1011 dbar'
     """
-    z, north = checked_depth(depth), require_numbers("latitude", latitude, "degrees", -90.0, 90.0)
+    z, latitude_deg = checked_depth(depth), require_numbers("latitude", latitude, "degrees", -90.0, 90.0)
     warn_outside(LAW, "depth", z, 0.0, 12e3, "m")
-    return _pressure(z, north)
+    return _pressure(z, latitude_deg)
 
 
 def depth_from_pressure(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
@@ -61,14 +61,14 @@ def depth_from_pressure(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) ->
         >>> f"{depth_from_pressure(10e3, latitude=30.0):.0f} m"
         '9713 m'
     """
-    pressure, north = np.broadcast_arrays(
+    pressure, latitude_deg = np.broadcast_arrays(
         checked_pressure(pressure_dbar), require_numbers("latitude", latitude, "degrees", -90.0, 90.0)
     )
     z = pressure * 0.99
     for _ in range(NEWTON_STEPS):
         # The growth of gravity with depth changes the slope by less than 1/400: each step still gains two digits.
-        slope = AT_45_DEG.deriv()(z) * _gravity_ratio(z, north) * DBAR_PER_MPA
-        z = z - (_pressure(z, north) - pressure) / slope
+        slope = AT_45_DEG.deriv()(z) * _gravity_ratio(z, latitude_deg) * DBAR_PER_MPA
+        z = z - (_pressure(z, latitude_deg) - pressure) / slope
     warn_outside(LAW, "depth", z, 0.0, 12e3, "m")
     return np.asarray(z)
 

@@ -172,16 +172,16 @@ def _check_values(depth: Floats, speed: Floats) -> None:
         broken = np.flatnonzero(~np.isfinite(column))
         if broken.size:
             raise ValueError(f"SoundSpeedProfile.{name}[{broken[0]}] is {column[broken[0]]}; give a number.")
-    back = np.flatnonzero(np.diff(depth) <= 0)
-    if back.size:
-        i = int(back[0])
+    not_deeper = np.flatnonzero(np.diff(depth) <= 0)
+    if not_deeper.size:
+        i = int(not_deeper[0])
         raise ValueError(
             f"SoundSpeedProfile.depth[{i + 1}] is {depth[i + 1]:g} m after {depth[i]:g} m; "
             "depths must increase downward. Sort the rows, and keep one of each depth."
         )
-    odd = np.flatnonzero((speed < SLOWEST) | (speed > FASTEST))
-    if odd.size:
-        i = int(odd[0])
+    impossible = np.flatnonzero((speed < SLOWEST) | (speed > FASTEST))
+    if impossible.size:
+        i = int(impossible[0])
         raise ValueError(
             f"SoundSpeedProfile.speed[{i}] is {speed[i]:g} m/s; water carries sound at {SLOWEST:g} to "
             f"{FASTEST:g} m/s. Are the columns exchanged, or the unit not m/s?"

@@ -50,13 +50,13 @@ def profile_corners(profile: SoundSpeedProfile, source_depth: float, max_range: 
         distance, speed = _knots_from_source(profile, source_depth, sign)
         gradient = np.diff(speed) / np.diff(distance)
         jump = np.diff(gradient)
-        horizontal = speed[1:-1] >= np.maximum.accumulate(speed)[1:-1]  # a ray may be horizontal at the knot
-        sharp = 1 + np.flatnonzero(horizontal & (jump > SHARP))
+        may_be_horizontal = speed[1:-1] >= np.maximum.accumulate(speed)[1:-1]  # a ray, at the knot
+        sharp = 1 + np.flatnonzero(may_be_horizontal & (jump > SHARP))
         sharpest = np.sort(sharp[np.argsort(-jump[sharp - 1], kind="stable")[:MAX_CORNERS]])
         for i in sharpest:
-            reach = _caustic_range(distance[: i + 2], speed[: i + 2])
-            if reach <= max_range:
-                yield ProfileCorner(source_depth + sign * float(distance[i]), float(jump[i - 1]), reach)
+            caustic_range = _caustic_range(distance[: i + 2], speed[: i + 2])
+            if caustic_range <= max_range:
+                yield ProfileCorner(source_depth + sign * float(distance[i]), float(jump[i - 1]), caustic_range)
 
 
 def _knots_from_source(profile: SoundSpeedProfile, source_depth: float, sign: float) -> tuple[Floats, Floats]:
@@ -70,13 +70,13 @@ def _knots_from_source(profile: SoundSpeedProfile, source_depth: float, sign: fl
 def _caustic_range(distance: Floats, speed: Floats) -> float:
     """Smallest horizontal distance to the turning point of rays that turn in the last layer [m].
 
-    Arcs of circles: over a layer from speed c1 to c2 a ray of slowness p runs
+    Arcs of circles: over a layer from speed c1 to c2 the horizontal length of a ray that turns at a speed 1 / p is
     p (c1 + c2) dz / (s1 + s2), s the sine of its elevation (Snell's law).
     """
-    turn = np.linspace(speed[-2], speed[-1], _RAYS + 1)[1:, None]
-    last = distance[-2] + (turn - speed[-2]) / (speed[-1] - speed[-2]) * (distance[-1] - distance[-2])
+    turning_speed = np.linspace(speed[-2], speed[-1], _RAYS + 1)[1:, None]
+    last = distance[-2] + (turning_speed - speed[-2]) / (speed[-1] - speed[-2]) * (distance[-1] - distance[-2])
     z = np.concatenate([np.broadcast_to(distance[:-1], (_RAYS, distance.size - 1)), last], axis=1)
-    c = np.concatenate([np.broadcast_to(speed[:-1], (_RAYS, speed.size - 1)), turn], axis=1)
-    sine = np.sqrt((1 - c / turn) * (1 + c / turn))
-    run = (c[:, 1:] + c[:, :-1]) / turn * np.diff(z, axis=1) / (sine[:, 1:] + sine[:, :-1])
-    return float(run.sum(axis=1).min())
+    c = np.concatenate([np.broadcast_to(speed[:-1], (_RAYS, speed.size - 1)), turning_speed], axis=1)
+    sine = np.sqrt((1 - c / turning_speed) * (1 + c / turning_speed))
+    length = (c[:, 1:] + c[:, :-1]) / turning_speed * np.diff(z, axis=1) / (sine[:, 1:] + sine[:, :-1])
+    return float(length.sum(axis=1).min())

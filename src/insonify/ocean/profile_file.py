@@ -33,6 +33,7 @@ class _ProfileColumn:
     unit: str
 
     def value(self, text: str, where: str) -> float:
+        """SI number of a cell (degC, g/kg), refused outside natural water; where: file and line for the message."""
         units, low, high = QUANTITIES[self.name]
         cell = f"{where}, column {self.index + 1} ({self.name})"
         try:

@@ -71,10 +71,10 @@ def layer_columns(written: ScenarioLayers | None, deepest: float) -> Floats:
         Upper side [m], lower side [m] and volume backscattering coefficient s_v [1/m] of each, shape (layers, 3).
     """
     rows: tuple[Row, ...] = written if isinstance(written, tuple) else ((0.0, written),)
-    ends = [row[0] for row in rows[1:]] + [deepest]
+    lower_sides = [row[0] for row in rows[1:]] + [deepest]
     layers = [
-        (top, min(end, deepest), float(intensity_ratio(strength)))
-        for (top, strength), end in zip(rows, ends, strict=True)
-        if strength is not None and top < min(end, deepest)
+        (top, min(lower_side, deepest), float(intensity_ratio(strength)))
+        for (top, strength), lower_side in zip(rows, lower_sides, strict=True)
+        if strength is not None and top < min(lower_side, deepest)
     ]
     return np.array(layers).reshape(-1, 3)

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from insonify.model import Decibels, MetresPerSecond, Model, field_error
 from insonify.ocean.ambient_noise import noise_components_db, noise_level_db, thermal_noise_db
-from insonify.ocean.wind import STRONGEST
+from insonify.ocean.wind import MAX_WIND
 from insonify.units import intensity_ratio
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,7 @@ class SeaNoise(Model):
 
     level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = None
     """Measured spectrum level, constant over the band [dB re 1 uPa^2/Hz]; None: computed from the sources below."""
-    wind_speed: Annotated[MetresPerSecond, Field(ge=0, le=STRONGEST)] | None = None
+    wind_speed: Annotated[MetresPerSecond, Field(ge=0, le=MAX_WIND)] | None = None
     """Wind at 10 m height [m/s]."""
     shipping: Annotated[float, Field(ge=0, le=1)] = 0.5
     """Shipping activity, from 0 (remote) to 1 (heavy traffic); contributes below some kilohertz only [1]."""
@@ -64,5 +64,5 @@ class SeaNoise(Model):
         if self.directionality == "isotropic":
             return {"isotropic": total}
         thermal = intensity_ratio(thermal_noise_db(f))
-        rest = [level for name, level in noise_components_db(f, **sources).items() if name != "thermal"]
-        return {"isotropic": thermal, "surface": np.asarray(sum(intensity_ratio(level) for level in rest))}
+        other_db = [level_db for name, level_db in noise_components_db(f, **sources).items() if name != "thermal"]
+        return {"isotropic": thermal, "surface": np.asarray(sum(intensity_ratio(level_db) for level_db in other_db))}

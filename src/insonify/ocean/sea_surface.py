@@ -1,11 +1,10 @@
 """Moving sea surface: a random sum of waves drawn from a spectrum, each with its own phase speed.
 
-The plane of wavenumbers is cut into cells (bands of wavenumber, sectors of direction) that
-carry equal shares of height and slope variance. Each cell gives one wave: its energy is the
-cell's, its wavenumber and direction are drawn inside the cell in proportion to the spectrum,
-its phase at random. Every realisation has exactly the variance of the spectrum, and the mean over
-seeds has exactly its correlation in space and time. The wavenumbers have no common
-divisor, so that the surface has no period and no edge.
+The plane of wavenumbers is cut into cells (bands of wavenumber, sectors of direction) that carry equal parts of the sum
+of relative height variance and relative slope variance. Each cell gives one wave: its energy is the cell's, its
+wavenumber and direction are drawn inside the cell in proportion to the spectrum, its phase at random. Every realisation
+has exactly the variance of the spectrum, and the mean over seeds has exactly its correlation in space and time. The
+wavenumbers have no common divisor, so that the surface has no period and no edge.
 """
 
 from __future__ import annotations
@@ -17,15 +16,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.ocean.directional_spreading import CosinePowerSpreading, DirectionalSpreading
-from insonify.ocean.wave_kernels import add_heights, add_motion
+from insonify.ocean.wave_kernels import fill_heights, fill_motion
 from insonify.ocean.wave_spectrum import Floats, WaveSpectrum, angular_frequency
 from insonify.random_keys import SEA_SURFACE, uniforms
 from insonify.validity import require_number, require_numbers
 
 MAX_WAVES = 1_000_000
-"""Waves beyond which a sea would be a mistake, or the end of the memory [1]."""
+"""Number of waves beyond which a sea would be a mistake, or exceed the memory."""
 _GRID = 8192
-"""Wavenumbers of the table from which the bands are interpolated [1]."""
+"""Number of wavenumbers of the table from which the bands are interpolated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +34,9 @@ class SurfaceMotion:
     elevation: Floats
     """Height above the mean surface, up positive [m]; z, which is depth, is minus this."""
     slope_north: Floats
-    """Change of elevation per metre northwards [1]."""
+    """Increase of elevation per metre northwards [1]."""
     slope_east: Floats
-    """Change of elevation per metre eastwards [1]."""
+    """Increase of elevation per metre eastwards [1]."""
     vertical_velocity: Floats
     """Speed at which the surface rises [m/s]."""
 
@@ -121,23 +120,23 @@ class SeaSurface:
             ("wavenumber", np.stack((k * np.cos(angle), k * np.sin(angle)))),
             ("phase", draws[:, 2].copy()),
         ):
-            column.setflags(write=False)  # frozen means frozen
+            column.setflags(write=False)  # a frozen dataclass does not protect its arrays
             object.__setattr__(self, name, column)
 
-    def _wavenumbers(self, band: NDArray[np.int64], share: Floats) -> tuple[Floats, Floats]:
-        """Wavenumber of each draw, in proportion to the spectrum within its band, and the band's variance."""
+    def _wavenumbers(self, band: NDArray[np.int64], fraction: Floats) -> tuple[Floats, Floats]:
+        """Wavenumber of each draw [rad/m], at a fraction of its band's variance, and the band's variance [m^2]."""
         low, high = self.spectrum.peak / 8, 2 * math.pi / self.shortest_wavelength
         k = np.geomspace(low, high, _GRID)
-        below = _cumulative_integral(k, self.spectrum.density(k))
-        steepness = _cumulative_integral(k, k**2 * self.spectrum.density(k))
+        height_below = _cumulative_integral(k, self.spectrum.density(k))
+        slope_below = _cumulative_integral(k, k**2 * self.spectrum.density(k))
         # Half of the bands follow height, concentrated at the peak, and half slope, which every octave contributes to.
-        merit = below / below[-1] + steepness / steepness[-1]
-        edges = np.interp(np.linspace(0, 2, self.bands + 1), merit, below)
+        cumulative_sum = height_below / height_below[-1] + slope_below / slope_below[-1]
+        edges = np.interp(np.linspace(0, 2, self.bands + 1), cumulative_sum, height_below)
         variance = np.diff(edges)[band]
-        cumulative = edges[band] + share * variance
+        cumulative = edges[band] + fraction * variance
         # The ends of the table hold next to no energy, and equal values would not be invertible.
-        rising = np.concatenate(([True], np.diff(below) > 0))
-        return np.interp(cumulative, below[rising], k[rising]), variance
+        rising = np.concatenate(([True], np.diff(height_below) > 0))
+        return np.interp(cumulative, height_below[rising], k[rising]), variance
 
     @property
     def frequency(self) -> Floats:
@@ -157,7 +156,7 @@ class SeaSurface:
         """
         positions, shape = _columns(north, east, time)
         height = np.empty(positions.shape[1])
-        add_heights(positions, self._cycles(), self.amplitude.copy(), height)
+        fill_heights(positions, self._cycles(), self.amplitude.copy(), height)
         return height.reshape(shape)
 
     def depth(self, north: ArrayLike, east: ArrayLike, time: ArrayLike) -> Floats:
@@ -177,7 +176,7 @@ class SeaSurface:
         """
         positions, shape = _columns(north, east, time)
         columns = np.empty((4, positions.shape[1]))
-        add_motion(positions, self._cycles(), self.amplitude.copy(), columns)
+        fill_motion(positions, self._cycles(), self.amplitude.copy(), columns)
         return SurfaceMotion(*(c.reshape(shape) for c in columns))
 
     def _cycles(self) -> Floats:

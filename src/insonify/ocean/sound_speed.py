@@ -41,8 +41,8 @@ def sound_speed(
         model: "teos10", "mackenzie", "chen-millero", "medwin" or "unesco"; its file states source and validity.
 
     Returns:
-        Sound speed [m/s], broadcast shape of the arguments. Laws of pressure are given that
-        of the standard ocean at 45 degrees latitude: elsewhere within 0.03 % of the depth term at 1 km.
+        Sound speed [m/s], broadcast shape of the arguments. Laws of pressure are given the pressure of the standard
+        ocean at 45 degrees latitude, which differs by up to 0.3 % elsewhere: 0.05 m/s at 1 km.
 
     Raises:
         ValueError: The model is unknown, or an argument is not a number or not possible in water.

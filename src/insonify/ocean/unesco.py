@@ -53,7 +53,7 @@ def unesco_speed(temperature: ArrayLike, salinity: ArrayLike, pressure_dbar: Arr
 
     Source: Chen & Millero (1977), J. Acoust. Soc. Am. 62(5), 1129-1135, as printed by Fofonoff &
     Millard (1983), UNESCO Technical Papers in Marine Science 44; check value 1731.995 m/s at 40,
-    40 degC (IPTS-68), 10000 dbar, which holds the coefficients.
+    40 degC (IPTS-68), 10000 dbar, which these coefficients give.
     Valid: 0..40 degC, 0..40, 0..10000 dbar.
     """
     warn_outside(LAW, "temperature", temperature, 0.0, 40.0, "degC")

@@ -1,8 +1,7 @@
 """Volume scattering of the water: plankton, fish, and bubbles.
 
-Life is patchy; a layer's strength is the mean over many patches, and may change from day to day by
-+-10 dB. Volume strength is the backscattering cross section per unit
-volume, s_v [1/m]; S_v = 10 log10 s_v [dB re 1/m].
+Life is patchy; a layer's strength is the mean over many patches, and may change from day to day by +-10 dB. Volume
+strength is the backscattering cross section per unit volume, s_v [1/m]; S_v = 10 log10 s_v [dB re 1/m].
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from insonify.validity import require_number, require_numbers, warn_outside
 Floats = NDArray[np.float64]
 
 TYPICAL_STRENGTH_DB = {"dense": -60.0, "moderate": -70.0, "sparse": -80.0}
-"""Volume strength of coastal water at tens to hundreds of kilohertz [dB re 1/m].
+"""Volume scattering strength of coastal water at tens to hundreds of kilohertz [dB re 1/m].
 
 Rules of thumb, not from one source; single layers have reached -46 dB in Puget Sound (28.5 kHz, 1967).
 """
@@ -43,9 +42,9 @@ class ScatteringLayer:
     """
 
     top: float
-    """Depth of its upper side [m]."""
+    """Depth of the upper side [m]."""
     bottom: float
-    """Depth of its lower side [m]."""
+    """Depth of the lower side [m]."""
     strength_db: float
     """Volume scattering strength [dB re 1/m]."""
 
@@ -139,7 +138,7 @@ def bubble_resonance_frequency(radius: ArrayLike, depth: ArrayLike = 0.0, *, den
 
     Source: Minnaert (1933), Phil. Mag. 16, 235-248: f a = sqrt(3 gamma P / rho) / (2 pi); near the
     surface about 3.25 m/s sqrt(1 + z / 10 m).
-    Valid: 30 um to 3 mm; smaller bubbles lose heat to the water and feel surface tension, some per cent.
+    Valid: 30 um to 3 mm; for smaller bubbles heat loss and surface tension matter, some per cent.
 
     Example:
         >>> (bubble_resonance_frequency(1e-3, depth=[0.0, 10.0]) / 1e3).round(1).tolist()  # kHz

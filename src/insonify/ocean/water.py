@@ -11,7 +11,7 @@ from insonify.model import Celsius, Decibels, Metres, MetresPerSecond, Model, fi
 from insonify.ocean.absorption import absorption_db_per_m
 from insonify.ocean.inhomogeneity import Inhomogeneity
 from insonify.ocean.profile import SoundSpeedProfile
-from insonify.ocean.profile_smoothing import LONGEST
+from insonify.ocean.profile_smoothing import LONGEST_ROUNDING
 from insonify.ocean.scattering_layers import ScatteringPatch, ScenarioLayers, layer_columns, require_increasing_depths
 from insonify.ocean.scenario_profile import ScenarioProfile
 from insonify.ocean.sea_noise import SeaNoise
@@ -52,7 +52,7 @@ class Water(Model):
     """Sound speed against depth, instead of `sound_speed`: a table's name, rows or columns."""
     inhomogeneity: Inhomogeneity | None = None
     """Patches of warmer and colder water, which make travel times random; None: homogeneous water."""
-    smoothing: Annotated[Metres, Field(gt=0, le=LONGEST)] | None = None
+    smoothing: Annotated[Metres, Field(gt=0, le=LONGEST_ROUNDING)] | None = None
     """Depth within which each corner of the profile is rounded [m]; None leaves straight lines."""
     temperature: Annotated[Celsius, Field(ge=-5, le=45)] = 10.0
     """Temperature, for the absorption only [degC]."""
@@ -181,7 +181,7 @@ class Water(Model):
         )
 
     def relative_absorption(self, length: ArrayLike, offset: float, frequency: float) -> NDArray[np.float64]:
-        """Pressure absorbed at one frequency of a band re that at its carrier [1], shape of length.
+        """Pressure left by absorption at one frequency of a band re that left at its carrier [1], shape of length.
 
         Args:
             length: Path length [m], any shape.
@@ -190,13 +190,13 @@ class Water(Model):
         """
         if offset == 0:
             return np.ones(np.shape(length))
-        more = float(self.absorption(frequency + offset)) - float(self.absorption(frequency))
-        return amplitude_ratio(-more * np.asarray(length, dtype=float))
+        excess_db_per_m = float(self.absorption(frequency + offset)) - float(self.absorption(frequency))
+        return amplitude_ratio(-excess_db_per_m * np.asarray(length, dtype=float))
 
 
 @lru_cache(maxsize=64)
 def absorption_np_per_m(water: Water, frequency: float) -> float:
-    """Absorption of pressure at the surface [Np/m], computed once.
+    """Absorption of pressure in the water at the surface, depth 0 [Np/m]; computed once.
 
     Args:
         water: Absorbing water.
@@ -218,6 +218,7 @@ def _mean_speed(written: ScenarioProfile) -> float:
     if speed.min() == speed.max():
         return float(speed[0])
     growth = np.diff(speed) / speed[:-1]
-    layer = np.where(growth == 0, 1.0, np.log1p(growth) / np.where(growth == 0, 1.0, growth))
+    # Travel time of each layer re that at the speed of its upper side.
+    relative_time = np.where(growth == 0, 1.0, np.log1p(growth) / np.where(growth == 0, 1.0, growth))
     thickness = np.diff(written.depth)
-    return float(thickness.sum() / np.sum(thickness / speed[:-1] * layer))
+    return float(thickness.sum() / np.sum(thickness / speed[:-1] * relative_time))

@@ -14,7 +14,7 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 
 BLOCK = 256
-"""Positions whose sums stay in the first-level cache during the loop over waves [1]."""
+"""Number of positions whose sums stay in the first-level cache during the loop over waves."""
 
 # Taylor's series of sin(2 pi y) for |y| <= 1/4: the first term left out is 7e-10.
 _S = tuple((-1) ** n * (2 * math.pi) ** (2 * n + 1) / math.factorial(2 * n + 1) for n in range(7))
@@ -31,7 +31,7 @@ def cosine_of_cycles(cycles: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def add_heights(positions: Floats, waves: Floats, amplitude: Floats, height: Floats) -> None:
+def fill_heights(positions: Floats, waves: Floats, amplitude: Floats, height: Floats) -> None:
     """Compute the height of the surface, the sum of its waves.
 
     Args:
@@ -51,7 +51,7 @@ def add_heights(positions: Floats, waves: Floats, amplitude: Floats, height: Flo
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def add_motion(positions: Floats, waves: Floats, amplitude: Floats, motion: Floats) -> None:
+def fill_motion(positions: Floats, waves: Floats, amplitude: Floats, motion: Floats) -> None:
     """Compute height, slopes and vertical speed of the surface, sums over its waves.
 
     Args:
@@ -60,7 +60,7 @@ def add_motion(positions: Floats, waves: Floats, amplitude: Floats, motion: Floa
         amplitude: Amplitude of each wave [m], shape (m,).
         motion: Filled with height [m], slope north [1], slope east [1] and upward speed [m/s], shape (4, n).
     """
-    turn = 2 * math.pi
+    two_pi = 2 * math.pi
     for start in range(0, motion.shape[1], BLOCK):
         stop = min(start + BLOCK, motion.shape[1])
         n, e, t = positions[0, start:stop], positions[1, start:stop], positions[2, start:stop]
@@ -73,7 +73,7 @@ def add_motion(positions: Floats, waves: Floats, amplitude: Floats, motion: Floa
         motion[:, start:stop] = 0.0
         for m in range(amplitude.size):
             a, kn, ke, f, phase = amplitude[m], waves[0, m], waves[1, m], waves[2, m], waves[3, m]
-            north, east, up = -a * turn * kn, -a * turn * ke, -a * turn * f
+            north, east, up = -a * two_pi * kn, -a * two_pi * ke, -a * two_pi * f
             for p in range(height.size):
                 cycles = kn * n[p] + ke * e[p] + f * t[p] + phase
                 sine = cosine_of_cycles(cycles - 0.25)

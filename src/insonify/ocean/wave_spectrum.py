@@ -1,12 +1,10 @@
 """Wave spectra of the sea surface and their moments.
 
-A wave spectrum is the variance of the surface's height per wavenumber. Its moments matter to a
-sonar: the significant height, the slopes that change the direction of reflection, and the vertical speed
-that causes Doppler shift.
+A wave spectrum is the variance of the surface's height per wavenumber. Its moments matter to a sonar: the significant
+height, the slopes that change the direction of reflection, and the vertical speed that causes Doppler shift.
 
-Heights are positive up here, as in the literature on waves; the depth of the surface is minus
-its height. The published spectra are those of deep water: a finite depth changes the phase speed of
-each wave, not its height.
+Heights are positive up here, as in the literature on waves; the depth of the surface is minus its height. The published
+spectra are those of deep water: a finite depth changes the phase speed of each wave, not its height.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
 TENSION = 7.2e-5
 """Surface tension of sea water over its density, approximately; it matters for waves below 5 cm [m^3/s^2]."""
-FINEST = 2e4
+MAX_WAVENUMBER = 2e4
 """Wavenumber beyond which viscosity leaves no waves [rad/m]."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -80,11 +78,13 @@ def angular_frequency(wavenumber: ArrayLike, *, water_depth: ArrayLike = np.inf)
     is_infinite = depth is not None and np.isposinf(depth)
     finite = water_depth if depth is None else np.where(is_infinite, 1.0, depth)
     checked = require_numbers("water_depth", finite, "m", 0.0, exclude_low=True)
-    shallowness = np.where(is_infinite, 1.0, np.tanh(k * checked))
-    return np.asarray(np.sqrt((GRAVITY * k + TENSION * k**3) * shallowness))
+    depth_factor = np.where(is_infinite, 1.0, np.tanh(k * checked))
+    return np.asarray(np.sqrt((GRAVITY * k + TENSION * k**3) * depth_factor))
 
 
-def height_variance(spectrum: WaveSpectrum, *, min_wavenumber: float = 0.0, max_wavenumber: float = FINEST) -> float:
+def height_variance(
+    spectrum: WaveSpectrum, *, min_wavenumber: float = 0.0, max_wavenumber: float = MAX_WAVENUMBER
+) -> float:
     """Variance of the surface's height [m^2].
 
     Args:
@@ -123,8 +123,8 @@ def mean_square_slope(spectrum: WaveSpectrum, max_wavenumber: float, *, min_wave
         max_wavenumber: Upper end of the band of wavenumbers [rad/m]. There is no default: a
             saturated spectrum has slope in every octave; for sound of wavenumber k,
             waves up to about k/3 to k act as slope, shorter ones as roughness.
-        min_wavenumber: Lower end of the band of wavenumbers [rad/m]; at the end of the resolved
-            waves, the slope left to statistics is returned.
+        min_wavenumber: Lower end of the band of wavenumbers [rad/m]: the largest resolved one gives the slope variance
+            that is left to statistics.
 
     Returns:
         Integral of k^2 S(k) over the band [1].
@@ -154,12 +154,12 @@ def vertical_speed_rms(spectrum: WaveSpectrum, max_wavenumber: float, *, water_d
 
 
 def _band(spectrum: WaveSpectrum, min_wavenumber: float, max_wavenumber: float) -> tuple[Floats, Floats]:
-    """Wavenumbers and weights for an integral over a band, Gauss-Legendre in each sixth of an e-fold."""
+    """Wavenumbers and weights [rad/m] for an integral over a band, Gauss-Legendre in each sixth of an e-fold."""
     low = max(require_number("min_wavenumber", min_wavenumber, "rad/m", 0.0), spectrum.peak / 8)
     if isinstance(max_wavenumber, float) and max_wavenumber == np.inf:
-        high = FINEST
+        high = MAX_WAVENUMBER
     else:
-        high = min(require_number("max_wavenumber", max_wavenumber, "rad/m", 0.0, exclude_low=True), FINEST)
+        high = min(require_number("max_wavenumber", max_wavenumber, "rad/m", 0.0, exclude_low=True), MAX_WAVENUMBER)
     if not low < high:
         return np.ones(1), np.zeros(1)
     panels = int(np.ceil(6 * np.log(high / low)))

@@ -2,7 +2,7 @@
 
 from insonify.validity import require_number
 
-STRONGEST = 120.0
+MAX_WIND = 120.0
 """Largest wind speed of any storm [m/s]."""
 
 
@@ -20,4 +20,4 @@ def checked_wind(spectrum: str, wind_speed: float) -> float:
         ValueError: The wind is not a finite number above 0.
     """
     field, example = f"{spectrum}.wind_speed", "7 (a flat sea needs no waves)"
-    return require_number(field, wind_speed, "m/s", 0.0, STRONGEST, exclude_low=True, example=example)
+    return require_number(field, wind_speed, "m/s", 0.0, MAX_WIND, exclude_low=True, example=example)

@@ -153,7 +153,7 @@ def _scattered_fraction(material: Sediment, wavelength: float, min_change: float
     sine = np.linspace(0, 1, SINE_COUNT)
     sine[0] = 0.1 * sine[1]
     law = UncappedSmallSlope(material, 1.0, wavelength)
-    scattered = albedo(law, np.arcsin(sine), points=40, beyond=min_change)
+    scattered = albedo(law, np.arcsin(sine), points=40, min_change=min_change)
     reflected = np.abs(reflection_coefficient_at_sine(material, sine)) ** 2
     return np.minimum(scattered / np.maximum(reflected, 1e-12), 1.0)
 

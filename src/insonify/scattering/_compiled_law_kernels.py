@@ -22,29 +22,29 @@ from insonify.scattering.sediment_volume import OUTER_WAVENUMBER, STRONGEST
 
 Singles = NDArray[np.float32]
 
-LEAST_LOG2, LOG2_STEP = -24.0, 0.125
-"""First entry and step of a table of log2 I over log2 q [octaves]."""
+LEAST_LOG2_Q, LOG2_Q_STEP = -24.0, 0.125
+"""log2 q of the first entry, and step in log2 q, of a table of log2 of Kirchhoff's integral I(q) [octaves]."""
 
 
 class SedimentParameters(NamedTuple):
-    """Parameters of a sediment at one frequency."""
+    """Parameters of a sediment at one frequency; kappa is the wavenumber in the sediment over that in the water."""
 
     density: np.float32
-    """Density ratio [1]."""
+    """Density over that of the water [1]."""
     kappa2_minus_1_real: np.float32
-    """Real part of kappa^2 - 1, square of the sediment's wavenumber over the water's, less one [1]."""
+    """Real part of kappa^2 - 1 [1]."""
     kappa2_minus_1_imag: np.float32
     """Imaginary part of kappa^2 - 1 [1]."""
-    log2_q: np.float32
-    """log2 of q at unit vertical and transverse change [1]."""
+    log2_unit_q: np.float32
+    """log2 of the argument q of Kirchhoff's integral for half changes of direction of 1, in the plane and normal."""
     alpha: np.float32
-    """Hurst exponent [1]."""
-    rough: np.float32
-    """Weight of the surface: 1/(8 pi), or 0 without surface [1]."""
-    isotropic: np.float32
-    """Weight of isotropic volume scattering: 8 rho^2 times its strength, or 0 without [1]."""
-    spectral: np.float32
-    """Weight of volume scattering with a power-law spectrum: 16 rho^2 nu times its strength, or 0 without [1]."""
+    """Hurst exponent of the relief [1]."""
+    surface_weight: np.float32
+    """Weight of scattering by the rough surface: 1/(8 pi), or 0 for a law without it [1]."""
+    isotropic_volume_weight: np.float32
+    """Weight of isotropic volume scattering: 8 rho^2 times `isotropic_strength`, or 0 for a law without it [1]."""
+    power_law_volume_weight: np.float32
+    """Weight of power-law volume scattering: 16 rho^2 nu times `isotropic_strength`, nu the speed ratio; or 0 [1]."""
 
 
 def _single(x: float) -> Any:
@@ -53,7 +53,7 @@ def _single(x: float) -> Any:
 
 
 def _fit(function: Any, degree: int, start: float) -> list[Any]:
-    """Polynomial coefficients, lowest first, of a Chebyshev fit over one octave or one unit."""
+    """Polynomial coefficients, lowest first, of a Chebyshev fit from `start` to `start + 1`."""
     fit = Chebyshev.interpolate(function, degree, domain=[start, start + 1])
     return [_single(float(np.real(c))) for c in fit.convert(kind=Polynomial).coef]
 
@@ -61,7 +61,7 @@ def _fit(function: Any, degree: int, start: float) -> list[Any]:
 _ZERO, _QUARTER, _HALF, _ONE, _TWO, _FOUR = (_single(x) for x in (0, 0.25, 0.5, 1, 2, 4))
 _OUTER2, _OVER_STRONGEST = _single(OUTER_WAVENUMBER**2), _single(1 / STRONGEST)
 _BLUR2, _LEAST_SINE = _single(SPECULAR_BLUR2), _single(1e-6)
-_TABLE_START, _TABLE_RATE = _single(LEAST_LOG2), _single(1 / LOG2_STEP)
+_LEAST_LOG2_Q, _ENTRIES_PER_OCTAVE = _single(LEAST_LOG2_Q), _single(1 / LOG2_Q_STEP)
 _LOWEST, _HIGHEST, _BIAS = _single(-126), _single(126), _single(127)
 _L0, _L1, _L2, _L3, _L4, _L5 = _fit(np.log2, 5, 1.0)  # to 2e-5 octaves
 _E0, _E1, _E2, _E3, _E4 = _fit(np.exp2, 4, 0.0)  # to 1e-5
@@ -73,19 +73,19 @@ def _log2(x: float) -> float:
     """Logarithm to base 2 of a positive number [octaves], within 2e-5."""
     bits = np.float32(x).view(np.int32)
     exponent: Any = np.float32(np.int32(np.int32(bits >> 23) - np.int32(127)))
-    m = np.int32(np.int32(bits & _MANTISSA) | _EXPONENT_OF_ONE).view(np.float32)
+    m = np.int32(np.int32(bits & _MANTISSA) | _EXPONENT_OF_ONE).view(np.float32)  # mantissa, 1 to 2
     return exponent + (_L0 + m * (_L1 + m * (_L2 + m * (_L3 + m * (_L4 + m * _L5)))))
 
 
 @njit(inline="always")
 def _exp2(x: float) -> float:
-    """Power of 2 [1], within 1e-5."""
+    """2 to the power x [1], within 1e-5 of the result; x is limited to -126..126."""
     # Shifted to be positive, the number is rounded down by conversion to an integer, which is also its exponent.
     shifted: Any = min(max(x, _LOWEST), _HIGHEST) + _BIAS
     exponent = np.int32(shifted)
-    y = shifted - np.float32(exponent)
+    fraction = shifted - np.float32(exponent)
     scale: Any = np.int32(exponent << 23).view(np.float32)
-    return scale * (_E0 + y * (_E1 + y * (_E2 + y * (_E3 + y * _E4))))
+    return scale * (_E0 + fraction * (_E1 + fraction * (_E2 + fraction * (_E3 + fraction * _E4))))
 
 
 @njit(inline="always")
@@ -100,140 +100,154 @@ def _interpolate(table: Singles, index: float) -> float:
 @njit(inline="always")
 def _root(real: float, imag: float) -> tuple[float, float]:
     """Square root with positive real and imaginary part, of a number with positive imaginary part."""
-    size = math.sqrt(real * real + imag * imag)
-    large = math.sqrt(_HALF * (size + abs(real)))
-    small = _HALF * imag / large
-    fast = real > _ZERO
-    return (large if fast else small), (small if fast else large)
+    modulus = math.sqrt(real * real + imag * imag)
+    larger = math.sqrt(_HALF * (modulus + abs(real)))
+    smaller = _HALF * imag / larger
+    is_real_larger = real > _ZERO
+    return (larger if is_real_larger else smaller), (smaller if is_real_larger else larger)
 
 
 @njit(inline="always")
 def half_direction_change_terms(
     ix: float, iy: float, iz: float, ox: float, oy: float, oz: float, nx: float, ny: float, nz: float
 ) -> tuple[float, float, float]:
-    """Sines of both grazing angles and the transverse change squared, of unit vectors in, out and normal [1]."""
+    """Sines of both grazing angles, and the square of half the change of direction in the plane of the interface [1].
+
+    Args are components of unit vectors: i travel towards the interface, o travel away, n normal into the water.
+    """
     dx, dy, dz = ox - ix, oy - iy, oz - iz
     sine_in = -(ix * nx + iy * ny + iz * nz)
     sine_out = ox * nx + oy * ny + oz * nz
-    across = sine_in + sine_out
-    # The component in the plane is computed as a vector: its length would cancel near the specular direction.
-    tx, ty, tz = dx - across * nx, dy - across * ny, dz - across * nz
+    along_normal = sine_in + sine_out
+    # The component in the plane is computed as a vector: a difference of squares would cancel near the specular one.
+    tx, ty, tz = dx - along_normal * nx, dy - along_normal * ny, dz - along_normal * nz
     return sine_in, sine_out, _QUARTER * (tx * tx + ty * ty + tz * tz)
 
 
 @njit(inline="always")
 def integral_index(
-    n: SedimentParameters, ix: float, iy: float, iz: float, ox: float, oy: float, oz: float, nx: float, ny: float,
-    nz: float,
+    sediment: SedimentParameters, ix: float, iy: float, iz: float, ox: float, oy: float, oz: float, nx: float,
+    ny: float, nz: float,
 ) -> float:  # fmt: skip
-    """Fractional index of Kirchhoff's integral in its table, from sediment parameters n and unit vectors [1]."""
-    a, b, flat2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
-    vertical = _HALF * (max(a, _LEAST_SINE) + max(b, _LEAST_SINE))
-    log2_q = n.log2_q + _log2(vertical * vertical) - n.alpha * _log2(flat2 + _BLUR2)
-    return (log2_q - _TABLE_START) * _TABLE_RATE
+    """Fractional index of Kirchhoff's integral in its table [1], from unit vectors as `half_direction_change_terms`."""
+    sine_in, sine_out, transverse2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
+    vertical = _HALF * (max(sine_in, _LEAST_SINE) + max(sine_out, _LEAST_SINE))
+    log2_q = sediment.log2_unit_q + _log2(vertical * vertical) - sediment.alpha * _log2(transverse2 + _BLUR2)
+    return (log2_q - _LEAST_LOG2_Q) * _ENTRIES_PER_OCTAVE
 
 
 @njit(inline="always")
 def surface_cross_section(
-    n: SedimentParameters, log2_integral: float, ix: float, iy: float, iz: float, ox: float, oy: float, oz: float,
-    nx: float, ny: float, nz: float,
+    sediment: SedimentParameters, log2_integral: float, ix: float, iy: float, iz: float, ox: float, oy: float,
+    oz: float, nx: float, ny: float, nz: float,
 ) -> float:  # fmt: skip
-    """Cross section of a sediment's surface and volume, from sediment parameters n and unit vectors [1]."""
-    a, b, flat2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
+    """Cross section of a sediment's surface and volume [1], from unit vectors as `half_direction_change_terms`.
+
+    As in `UncappedSmallSlope` and `UncappedSedimentVolume`: a, b are the sines of the grazing angles, ar + j ai and
+    br + j bi the vertical wavenumbers in the sediment over the wavenumber in the water.
+    """
+    a, b, transverse2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
     is_illuminated = (a > _ZERO) & (b > _ZERO)
     a, b = max(a, _LEAST_SINE), max(b, _LEAST_SINE)
     vertical = _HALF * (a + b)
-    ar, ai = _root(n.kappa2_minus_1_real + a * a, n.kappa2_minus_1_imag)
-    br, bi = _root(n.kappa2_minus_1_real + b * b, n.kappa2_minus_1_imag)
-    da, db = n.density * a, n.density * b
-    transmitted = a * b
-    transmitted = transmitted * transmitted / (((da + ar) * (da + ar) + ai * ai) * ((db + br) * (db + br) + bi * bi))
-    # cos cos cos(azimuth) = 1 - slack: the slack is small at low grazing angles, where adding it to 1 would round it.
-    slack = _HALF * (a * a + b * b) + _TWO * flat2
-    rest = n.density - _ONE
-    real = n.density * (n.kappa2_minus_1_real - rest * slack) - rest * (ar * br - ai * bi)
-    imag = n.density * n.kappa2_minus_1_imag - rest * (ar * bi + ai * br)
-    shape = n.rough * _exp2(log2_integral) / ((flat2 + _BLUR2) * vertical * vertical)
-    surface = transmitted * (real * real + imag * imag) * shape
-    real = n.kappa2_minus_1_real + slack + (ar * br - ai * bi)
-    imag = n.kappa2_minus_1_imag + ar * bi + ai * br
-    change2 = _FOUR * (flat2 + _BLUR2) + (ar + br) * (ar + br) + _OUTER2
-    spectral = transmitted * n.spectral * (real * real + imag * imag) / ((ai + bi) * change2 * math.sqrt(change2))
-    volume = transmitted * n.isotropic / (ai + bi) + spectral / (_ONE + spectral * _OVER_STRONGEST)
+    ar, ai = _root(sediment.kappa2_minus_1_real + a * a, sediment.kappa2_minus_1_imag)
+    br, bi = _root(sediment.kappa2_minus_1_real + b * b, sediment.kappa2_minus_1_imag)
+    da, db = sediment.density * a, sediment.density * b
+    transmission = a * b
+    transmission = transmission * transmission / (((da + ar) * (da + ar) + ai * ai) * ((db + br) * (db + br) + bi * bi))
+    # cos a cos b cos(azimuth) = 1 - rest: small at low grazing angles, where adding the rest to 1 would round it.
+    rest = _HALF * (a * a + b * b) + _TWO * transverse2
+    excess = sediment.density - _ONE
+    real = sediment.density * (sediment.kappa2_minus_1_real - excess * rest) - excess * (ar * br - ai * bi)
+    imag = sediment.density * sediment.kappa2_minus_1_imag - excess * (ar * bi + ai * br)
+    roughness = sediment.surface_weight * _exp2(log2_integral) / ((transverse2 + _BLUR2) * vertical * vertical)
+    surface = transmission * (real * real + imag * imag) * roughness
+    real = sediment.kappa2_minus_1_real + rest + (ar * br - ai * bi)
+    imag = sediment.kappa2_minus_1_imag + ar * bi + ai * br
+    change2 = _FOUR * (transverse2 + _BLUR2) + (ar + br) * (ar + br) + _OUTER2
+    power_law = transmission * sediment.power_law_volume_weight * (real * real + imag * imag)
+    power_law = power_law / ((ai + bi) * change2 * math.sqrt(change2))
+    isotropic = transmission * sediment.isotropic_volume_weight / (ai + bi)
+    volume = isotropic + power_law / (_ONE + power_law * _OVER_STRONGEST)
     return surface + volume if is_illuminated else _ZERO
 
 
 @njit(inline="always")
 def kirchhoff_cross_section(
-    n: SedimentParameters, log2_integral: float, ix: float, iy: float, iz: float, ox: float, oy: float, oz: float,
-    nx: float, ny: float, nz: float,
+    sediment: SedimentParameters, log2_integral: float, ix: float, iy: float, iz: float, ox: float, oy: float,
+    oz: float, nx: float, ny: float, nz: float,
 ) -> float:  # fmt: skip
-    """Cross section in Kirchhoff's approximation, from sediment parameters n and unit vectors [1]."""
-    a, b, flat2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
+    """Cross section in Kirchhoff's approximation [1], from unit vectors as `half_direction_change_terms`."""
+    a, b, transverse2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
     is_illuminated = (a > _ZERO) & (b > _ZERO)
     vertical = _HALF * (max(a, _LEAST_SINE) + max(b, _LEAST_SINE))
-    half2 = min(flat2 + _BLUR2 + vertical * vertical, _ONE)
-    pr, pi = _root(n.kappa2_minus_1_real + half2, n.kappa2_minus_1_imag)
-    load = n.density * math.sqrt(half2)
-    facet = ((load - pr) * (load - pr) + pi * pi) / ((load + pr) * (load + pr) + pi * pi)
-    section = n.rough * facet * half2 * half2 * _exp2(log2_integral) / ((flat2 + _BLUR2) * vertical * vertical)
+    sine2 = min(transverse2 + _BLUR2 + vertical * vertical, _ONE)  # of the grazing angle at the reflecting facet
+    pr, pi = _root(sediment.kappa2_minus_1_real + sine2, sediment.kappa2_minus_1_imag)
+    ds = sediment.density * math.sqrt(sine2)
+    reflection2 = ((ds - pr) * (ds - pr) + pi * pi) / ((ds + pr) * (ds + pr) + pi * pi)
+    section = sediment.surface_weight * reflection2 * sine2 * sine2 * _exp2(log2_integral)
+    section = section / ((transverse2 + _BLUR2) * vertical * vertical)
     return section if is_illuminated else _ZERO
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _integral_indices(n: SedimentParameters, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
-    """Fill section with indices into the table of the integral."""
+def _integral_indices(sediment: SedimentParameters, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
+    """Fill section with fractional indices into the table of log2 of Kirchhoff's integral."""
     for i in range(section.size):
         section[i] = integral_index(
-            n, into[0, i], into[1, i], into[2, i], out[0, i], out[1, i], out[2, i], up[0, i], up[1, i], up[2, i]
+            sediment, into[0, i], into[1, i], into[2, i], out[0, i], out[1, i], out[2, i], up[0, i], up[1, i], up[2, i]
         )
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _interpolate_all(table: Singles, section: Singles) -> None:
-    """Replace indices by the interpolated entries of a table."""
+    """Replace the fractional indices in section by the interpolated entries of a table."""
     for i in range(section.size):
         section[i] = _interpolate(table, section[i])
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _finish_surface(n: SedimentParameters, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
-    """Replace log2 of the integral by the cross section of a rough sediment."""
+def _finish_surface(sediment: SedimentParameters, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
+    """Replace log2 of the integral in section by the cross section of a sediment's surface and volume [1]."""
     for i in range(section.size):
         section[i] = surface_cross_section(
-            n, section[i],
+            sediment, section[i],
             into[0, i], into[1, i], into[2, i], out[0, i], out[1, i], out[2, i], up[0, i], up[1, i], up[2, i],
         )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _finish_kirchhoff(n: SedimentParameters, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
-    """Replace log2 of the integral by the cross section in Kirchhoff's approximation."""
+def _finish_kirchhoff(sediment: SedimentParameters, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
+    """Replace log2 of the integral in section by the cross section in Kirchhoff's approximation [1]."""
     for i in range(section.size):
         section[i] = kirchhoff_cross_section(
-            n, section[i],
+            sediment, section[i],
             into[0, i], into[1, i], into[2, i], out[0, i], out[1, i], out[2, i], up[0, i], up[1, i], up[2, i],
         )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def surface_cross_sections(
-    n: SedimentParameters, integral: Singles, into: Singles, out: Singles, up: Singles, section: Singles
+    sediment: SedimentParameters, log2_integrals: Singles, into: Singles, out: Singles, up: Singles, section: Singles
 ) -> None:
-    """Fill section, shape (count,), for unit vectors of shape (3, count), all float32."""
-    _integral_indices(n, into, out, up, section)
-    _interpolate_all(integral, section)
-    _finish_surface(n, into, out, up, section)
+    """Fill section with cross sections of a sediment's surface and volume [1].
+
+    Args are float32: travel towards (into) and away from the interface (out) and normals into the water (up) as unit
+    vectors, shape (3, count); section, shape (count,); log2_integrals from `LEAST_LOG2_Q` by `LOG2_Q_STEP`.
+    """
+    _integral_indices(sediment, into, out, up, section)
+    _interpolate_all(log2_integrals, section)
+    _finish_surface(sediment, into, out, up, section)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def kirchhoff_cross_sections(
-    n: SedimentParameters, integral: Singles, into: Singles, out: Singles, up: Singles, section: Singles
+    sediment: SedimentParameters, log2_integrals: Singles, into: Singles, out: Singles, up: Singles, section: Singles
 ) -> None:
-    """Fill section, shape (count,), for unit vectors of shape (3, count), all float32."""
-    _integral_indices(n, into, out, up, section)
-    _interpolate_all(integral, section)
-    _finish_kirchhoff(n, into, out, up, section)
+    """Fill section with cross sections in Kirchhoff's approximation [1]; arrays as `surface_cross_sections`."""
+    _integral_indices(sediment, into, out, up, section)
+    _interpolate_all(log2_integrals, section)
+    _finish_kirchhoff(sediment, into, out, up, section)
 
 
 @njit(inline="always")
@@ -245,9 +259,9 @@ def _sines(into: Singles, out: Singles, up: Singles, i: int) -> tuple[float, flo
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def product_cross_sections(
-    n: SedimentParameters, direction_factor: Singles, into: Singles, out: Singles, up: Singles, section: Singles
+    unused: SedimentParameters, direction_factor: Singles, into: Singles, out: Singles, up: Singles, section: Singles
 ) -> None:
-    """Fill section for a law that is the product of one factor for each direction; n is unused.
+    """Fill section [1] for a law that is the product of one factor for each direction; arrays as above.
 
     direction_factor is evenly spaced over sqrt(1 - sine of grazing), 0 to 1, in which a law is smooth at both ends.
     """
@@ -261,7 +275,7 @@ def product_cross_sections(
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def apply_cap(cap: Singles, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
-    """Reduce section by the smaller of two factors of the cap, tabulated at evenly spaced sines of grazing angle."""
+    """Multiply section by the smaller of both directions' factors, tabulated at sines evenly spaced from 0 to 1."""
     rate = np.float32(cap.size - 1)
     for i in range(section.size):
         a, b = _sines(into, out, up, i)

@@ -25,28 +25,28 @@ class LawGrid(NamedTuple):
 
 
 @njit(inline="always")
-def _grazing_index(sine: float, rate: float) -> float:
-    """Fractional index of a grazing angle in the table, from its sine [1]."""
-    above = max(np.float32(sine), _LEAST_SINE)
-    cosine = math.sqrt(max(_ONE - above * above, _ZERO))
-    index: Any = np.float32((np.float32(math.log2(above / (_ONE + cosine))) - _FIRST) * rate)
+def _grazing_index(sine: float, nodes_per_octave: float) -> float:
+    """Fractional index of a grazing angle in the table, from its sine [1] and the nodes per octave."""
+    sine_above_0 = max(np.float32(sine), _LEAST_SINE)
+    cosine = math.sqrt(max(_ONE - sine_above_0 * sine_above_0, _ZERO))
+    index: Any = np.float32((np.float32(math.log2(sine_above_0 / (_ONE + cosine))) - _FIRST) * nodes_per_octave)
     return index
 
 
 @njit(inline="always")
 def _cell(index: float, nodes: int) -> int:
-    """Cell of a fractional index; beyond the ends the nearest. NaN must not read outside the table."""
+    """Node below a fractional index; beyond the ends that of the outermost cell, so that NaN reads inside the table."""
     cell: Any = min(max(np.int64(index), 0), nodes - 2)
     return cell
 
 
 @njit(inline="always")
-def _along_azimuth(table: Singles, row: int, grid: LawGrid, k: int, part: float) -> float:
-    """Entry of a pair of grazing angles, linear in azimuth."""
+def _along_azimuth(table: Singles, row: int, grid: LawGrid, k: int, fraction: float) -> float:
+    """Interpolate the entries of one pair of grazing angles (row) at azimuth node k plus a fraction."""
     first: Any = table[row * grid.azimuth_nodes + k]
     if grid.azimuth_nodes == 1:
         return first
-    return first + part * (table[row * grid.azimuth_nodes + k + 1] - first)
+    return first + fraction * (table[row * grid.azimuth_nodes + k + 1] - first)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -57,27 +57,27 @@ def tabulated_cross_sections(
 
     Below the first node of a grazing angle, the last step is extrapolated: the law is a power of the angle there.
     """
-    rate = np.float32((grid.grazing_nodes - 1) / OCTAVES)
+    nodes_per_octave = np.float32((grid.grazing_nodes - 1) / OCTAVES)
     for i in range(section.size):
         a = -(into[0, i] * up[0, i] + into[1, i] * up[1, i] + into[2, i] * up[2, i])
         b = out[0, i] * up[0, i] + out[1, i] * up[1, i] + out[2, i] * up[2, i]
-        x, y = _grazing_index(a, rate), _grazing_index(b, rate)
-        row, column = _cell(x, grid.grazing_nodes), _cell(y, grid.grazing_nodes)
-        k, part = 0, _ZERO
+        index_in, index_out = _grazing_index(a, nodes_per_octave), _grazing_index(b, nodes_per_octave)
+        row, column = _cell(index_in, grid.grazing_nodes), _cell(index_out, grid.grazing_nodes)
+        k, fraction = 0, _ZERO
         if grid.azimuth_nodes > 1:
-            across = into[0, i] * out[0, i] + into[1, i] * out[1, i] + into[2, i] * out[2, i] + a * b
+            in_plane_product = into[0, i] * out[0, i] + into[1, i] * out[1, i] + into[2, i] * out[2, i] + a * b
             lengths = math.sqrt(max((_ONE - a * a) * (_ONE - b * b), np.float32(1e-12)))
-            azimuth = np.float32(math.acos(min(max(across / lengths, -_ONE), _ONE)))
-            z = azimuth * np.float32((grid.azimuth_nodes - 1) / math.pi)
-            k = _cell(z, grid.azimuth_nodes)
-            part = z - np.float32(k)
+            azimuth = np.float32(math.acos(min(max(in_plane_product / lengths, -_ONE), _ONE)))
+            index = azimuth * np.float32((grid.azimuth_nodes - 1) / math.pi)
+            k = _cell(index, grid.azimuth_nodes)
+            fraction = index - np.float32(k)
         corner = row * grid.grazing_nodes + column
         below = corner + grid.grazing_nodes
-        x -= np.float32(row)
-        y -= np.float32(column)
-        first: Any = _along_azimuth(table, corner, grid, k, part)
-        second: Any = _along_azimuth(table, below, grid, k, part)
-        first += y * (_along_azimuth(table, corner + 1, grid, k, part) - first)
-        second += y * (_along_azimuth(table, below + 1, grid, k, part) - second)
-        value = np.float32(math.exp2(first + x * (second - first)))
+        index_in -= np.float32(row)
+        index_out -= np.float32(column)
+        first: Any = _along_azimuth(table, corner, grid, k, fraction)
+        second: Any = _along_azimuth(table, below, grid, k, fraction)
+        first += index_out * (_along_azimuth(table, corner + 1, grid, k, fraction) - first)
+        second += index_out * (_along_azimuth(table, below + 1, grid, k, fraction) - second)
+        value = np.float32(math.exp2(first + index_in * (second - first)))
         section[i] = value if (a > _ZERO) & (b > _ZERO) else _ZERO

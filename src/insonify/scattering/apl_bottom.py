@@ -24,10 +24,10 @@ from insonify.units import level_db
 from insonify.validity import require_grazing_angle, require_numbers, require_sound_speed, warn_outside
 
 LAW = "APL-UW TR 9407 (1994) bottom backscatter"
-LEAST_GRAZING = math.radians(1e-3)  # lower angles count as this one [rad]
+LEAST_GRAZING = math.radians(1e-3)  # lower grazing angles are raised to this one [rad]
 LEAST_KIRCHHOFF = math.radians(40)
 """Grazing angle below which the Kirchhoff term is 0 [rad]."""
-# Gauss-Hermite rule of three points for an average over slopes.
+# Gauss-Hermite rule of three points for an average over slopes; nodes in units of the rms slope.
 SLOPE_NODES, SLOPE_WEIGHTS = (1.224745, 0.0, -1.224745), (0.295410, 1.181636, 0.295410)
 
 
@@ -76,10 +76,11 @@ class _AplBottom:
     """Model at one wavenumber; every method takes grazing angles [rad] and returns cross sections [1]."""
 
     sediment: Sediment
-    wavenumber: float
+    wavenumber: float  # in the water [rad/m]
 
     @property
     def slope(self) -> float:
+        """Rms slope of the relief that is large against the wavelength, both components together [1]."""
         return rms_slope(self.sediment, self.wavenumber)
 
     @property
@@ -89,15 +90,15 @@ class _AplBottom:
 
     def rough(self, grazing: Floats) -> Floats:
         """Surface scattering with its transitions, eqs. 57-64."""
-        alpha, (a, _, qc) = hurst_exponent(self.sediment), self.kirchhoff_numbers()
+        alpha, (a, _, qc) = hurst_exponent(self.sediment), self.kirchhoff_constants()
         rough = 1000 ** (1 / (1 + alpha)) * (a * qc**2) ** (1 / alpha)
         transition = (1 / rough + 4) ** -0.25
         x = (np.cos(grazing) - transition) / 0.0125
-        moderate = _step(x) * self.kirchhoff(grazing) + _step(-x) * self.average(self.grating, grazing)
+        moderate = _step(x) * self.kirchhoff(grazing) + _step(-x) * self.average(self.perturbation, grazing)
         y = (math.degrees(math.atan(self.slope)) - 7) / 0.5
         return np.asarray(_step(y) * moderate + _step(-y) * self.very_rough(grazing))
 
-    def kirchhoff_numbers(self) -> tuple[float, float, float]:
+    def kirchhoff_constants(self) -> tuple[float, float, float]:
         """Constants a, b and q_c of the closed form of the Kirchhoff integral, eqs. 36-40."""
         from scipy.special import gamma
 
@@ -110,20 +111,20 @@ class _AplBottom:
 
     def kirchhoff(self, grazing: Floats) -> Floats:
         """Specular facets in Kirchhoff's approximation, eq. 35."""
-        alpha, (a, b, qc) = hurst_exponent(self.sediment), self.kirchhoff_numbers()
+        alpha, (a, b, qc) = hurst_exponent(self.sediment), self.kirchhoff_constants()
         denominator = np.cos(grazing) ** (4 * alpha) + a * qc**2 * np.sin(grazing) ** 4
         facing = b * qc * self.normal_reflection / (8 * math.pi * denominator ** ((1 + alpha) / (2 * alpha)))
         return np.where(grazing >= LEAST_KIRCHHOFF - 1e-9, facing, 0.0)
 
-    def grating(self, grazing: Floats) -> Floats:
+    def perturbation(self, grazing: Floats) -> Floats:
         """First-order perturbation theory in backscatter, eqs. 41-45."""
         bed, sine, cosine2 = self.sediment, np.sin(grazing), np.cos(grazing) ** 2
         kappa2, rho = ((1 + 1j * bed.loss) / bed.speed_ratio) ** 2, bed.density_ratio
         contrast = (rho - 1) ** 2 * cosine2 + rho**2 - kappa2
         coupling = np.abs(contrast / (rho * sine + vertical_wavenumber(bed, sine)) ** 2) ** 2
-        # The tenth of k keeps the Bragg wavenumber at vertical incidence above 0.
-        wave = self.wavenumber * np.sqrt(4 * cosine2 + 0.01)
-        return np.asarray(4 * self.wavenumber**4 * sine**4 * coupling * roughness_spectrum(bed, wave))
+        # A tenth of k, squared, keeps the Bragg wavenumber above 0 at vertical incidence.
+        bragg_wavenumber = self.wavenumber * np.sqrt(4 * cosine2 + 0.01)
+        return np.asarray(4 * self.wavenumber**4 * sine**4 * coupling * roughness_spectrum(bed, bragg_wavenumber))
 
     def volume(self, grazing: Floats) -> Floats:
         """Volume scattering of a flat sediment, eq. 65."""
@@ -142,12 +143,12 @@ class _AplBottom:
         return self.illuminated_fraction(grazing) * total / math.sqrt(math.pi)
 
     def illuminated_fraction(self, grazing: Floats) -> Floats:
-        """Illuminated share of the seabed [1], eqs. 50-52."""
+        """Illuminated fraction of the seabed [1], eqs. 50-52."""
         from scipy.special import erfc
 
         t = np.tan(grazing) / self.slope
-        near = np.minimum(t, 2.0)
-        q = (np.exp(-(near**2)) / math.sqrt(math.pi) - near * erfc(near)) / (4 * near)
+        limited_t = np.minimum(t, 2.0)
+        q = (np.exp(-(limited_t**2)) / math.sqrt(math.pi) - limited_t * erfc(limited_t)) / (4 * limited_t)
         return np.where(t > 2, 1.0, -np.expm1(-2 * q) / (2 * q))
 
     def very_rough(self, grazing: Floats) -> Floats:
@@ -157,9 +158,9 @@ class _AplBottom:
         power, slope_degrees = 0.7263 * s ** (-1 / 3), math.degrees(s)
         impedance = (1 - 2 / bed.density_ratio) / bed.speed_ratio**2 + 1
         low = 0.04682 * s**1.25 * bed.speed_ratio**3.25 * impedance**2 / (1 + 3.54 * slope_degrees / critical)
-        bend = 1 + 0.81 * critical**2 / degrees**2
-        steep = s**2 * (1 + (degrees - 90) ** 2 / (2.6 * slope_degrees**2)) ** 1.9 * bend
-        return np.asarray(low * np.sin(np.radians(180 / bend)) ** power + 0.0260 * self.normal_reflection / steep)
+        C = 1 + 0.81 * critical**2 / degrees**2  # the handbook's C
+        steep = s**2 * (1 + (degrees - 90) ** 2 / (2.6 * slope_degrees**2)) ** 1.9 * C
+        return np.asarray(low * np.sin(np.radians(180 / C)) ** power + 0.0260 * self.normal_reflection / steep)
 
 
 def _step(x: ArrayLike) -> Floats:

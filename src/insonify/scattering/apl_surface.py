@@ -1,8 +1,7 @@
 """Scattering by the sea surface: the APL-UW model of 1994.
 
-Specular facets dominate near the vertical, ripples at intermediate and bubbles at low grazing angles;
-bubbles also attenuate the other two. The report gives backscatter; the law
-here extends each of its terms to any pair of directions.
+Specular facets dominate near the vertical, ripples at intermediate and bubbles at low grazing angles; bubbles also
+attenuate the other two. The report gives backscatter; the law here extends each of its terms to any pair of directions.
 """
 
 from __future__ import annotations
@@ -64,7 +63,7 @@ class AplSurface:
 
     In backscatter above 0.5 degrees it is the report's strength to rounding.
     In other directions each term follows its mechanism: facets need their slope, ripples scatter by
-    first-order perturbation of a spectrum K^-4, and each leg through the bubbles has half of their loss.
+    first-order perturbation of a spectrum K^-4, and each leg through the bubbles has half of their loss in decibels.
 
     Source: APL-UW TR 9407 (1994), section II, eqs. 1-16; the bistatic form is derived here.
     Valid: 10 to 100 kHz, wind to about 20 m/s; forward, near the specular direction, facets alone. The report fitted
@@ -105,11 +104,11 @@ class AplSurface:
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         bubbles, slopes = self.bubbles, apl_slope_variance(self.wind_speed)
         facets = SurfaceFacets.isotropic(slopes).cross_section(grazing_in, grazing_out, azimuth)
-        across, along = half_direction_change(grazing_in, grazing_out, azimuth)
-        # Grazing angle at which the same facet has its backscatter: in backscatter, the report's own angle.
-        equivalent = np.arctan2(along, across)
+        in_plane, normal = half_direction_change(grazing_in, grazing_out, azimuth)
+        # Grazing angle at which the same facet is seen along its normal: in backscatter, the report's own angle.
+        equivalent = np.arctan2(normal, in_plane)
         weight = _facet_weight(equivalent, slopes)
-        rough = weight * facets + (1 - weight) * self._ripples(grazing_in, grazing_out, across, equivalent)
+        rough = weight * facets + (1 - weight) * self._ripples(grazing_in, grazing_out, in_plane, equivalent)
         transmission = bubbles.transmission(grazing_in) * bubbles.transmission(grazing_out)
         return np.asarray(rough * transmission + bubbles.cross_section(grazing_in, grazing_out, azimuth))
 
@@ -123,15 +122,15 @@ class AplSurface:
     def _backscatter_db(self, grazing: Floats) -> Floats:
         return level_db(self.cross_section(grazing, grazing, np.full_like(grazing, math.pi)))
 
-    def _ripples(self, grazing_in: Floats, grazing_out: Floats, across: Floats, equivalent: Floats) -> Floats:
-        """First-order scattering by ripples whose length is of the order of the wavelength [1]."""
-        sines = np.sin(grazing_in) * np.sin(grazing_out) / np.maximum(across, SHALLOWEST) ** 2
+    def _ripples(self, grazing_in: Floats, grazing_out: Floats, in_plane: Floats, equivalent: Floats) -> Floats:
+        """Cross section of ripples as long as about the acoustic wavelength, by first-order perturbation [1]."""
+        sines = np.sin(grazing_in) * np.sin(grazing_out) / np.maximum(in_plane, SHALLOWEST) ** 2
         valid = (equivalent <= STEEPEST_RIPPLES) * illumination(grazing_in, grazing_out)
         return np.asarray(valid * 1.3e-5 * self.wind_speed**2 * np.where(valid > 0, sines, 0.0) ** 2)
 
 
 def _facet_weight(equivalent: Floats, slopes: float) -> Floats:
-    """Weight of the facets in the transition from facets to ripples, 1 near the vertical [1]."""
+    """Weight of facets against ripples [1], 1 near the vertical; equivalent: as above [rad], slopes: variance [1]."""
     x = 1.5 * math.log(10) * slopes
     for _ in range(30):  # the square of the slope at which the glint is 15 dB below its peak; contracts by 2 slopes
         x = slopes * (1.5 * math.log(10) + 2 * math.log1p(x))

@@ -20,14 +20,14 @@ from insonify.validity import require_grazing_angle, require_number, require_num
 LAW = "APL-UW TR 9407 (1994) surface bubbles"
 DAMPING_BY_RADIATION = 0.0136
 """Damping of a resonant bubble by radiation of sound, delta_r [1]."""
-WINDIEST = 11.0
-"""Wind above which the extinction follows a power law [m/s]."""
+POWER_LAW_WIND = 11.0
+"""Wind above which the extinction follows a power law instead of an exponential one [m/s]."""
 MAX_LOSS_DB = 15.0
-"""Largest loss per bounce: beyond it the formula is far from any measurement [dB]."""
+"""Largest loss per reflection: beyond it the formula is far from any measurement [dB]."""
 
 
 def bubble_loss_db(wind_speed: ArrayLike, frequency: ArrayLike, grazing: ArrayLike) -> Floats:
-    """Loss by bubbles per reflection off the surface, incident and reflected leg together [dB].
+    """Loss by bubbles per reflection by the surface, incident and reflected path together [dB].
 
     Args:
         wind_speed: Wind 10 m above the sea [m/s], any shape.
@@ -49,12 +49,12 @@ def bubble_loss_db(wind_speed: ArrayLike, frequency: ArrayLike, grazing: ArrayLi
 
 
 def _loss_db(u: ArrayLike, f: ArrayLike, angle: ArrayLike) -> Floats:
-    """Loss per bounce by the report's formula as printed, without cap [dB]."""
+    """Loss per reflection by the report's formula as printed, without cap [dB]."""
     u, f = np.asarray(u, dtype=float), np.asarray(f, dtype=float)
-    windy = np.maximum(u, 6.0)
+    wind = np.maximum(u, 6.0)
     # exp(1.2 (U - 6)): a version with exp(U - 6) is in print elsewhere and disagrees with the report's own figure.
     light_wind = np.exp(1.2 * np.minimum(u - 6.0, 0.0))
-    return np.asarray(1.26e-3 * windy**1.57 * (f / 1e3) ** 0.85 * light_wind / np.maximum(np.sin(angle), SHALLOWEST))
+    return np.asarray(1.26e-3 * wind**1.57 * (f / 1e3) ** 0.85 * light_wind / np.maximum(np.sin(angle), SHALLOWEST))
 
 
 def bubble_extinction(wind_speed: ArrayLike, frequency: ArrayLike) -> Floats:
@@ -70,17 +70,16 @@ def bubble_extinction(wind_speed: ArrayLike, frequency: ArrayLike) -> Floats:
     Source: APL-UW TR 9407 (1994), section II, eqs. 1-16, read in a secondary source.
     """
     u, f = np.asarray(wind_speed, dtype=float), np.asarray(frequency, dtype=float) / 1e3
-    gale = np.maximum(u / WINDIEST, 1.0) ** 3.5
-    return np.asarray(10 ** (-5.2577 + 0.4701 * np.minimum(u, WINDIEST)) * (f / 25) ** 0.85 * gale)
+    power_law = np.maximum(u / POWER_LAW_WIND, 1.0) ** 3.5
+    return np.asarray(10 ** (-5.2577 + 0.4701 * np.minimum(u, POWER_LAW_WIND)) * (f / 25) ** 0.85 * power_law)
 
 
 @dataclass(frozen=True, slots=True)
 class Bubbles:
     """Bistatic scattering by the layer of bubbles under a specular surface.
 
-    Sound reaches a bubble directly or by reflection off the surface, and leaves it by either path. In
-    backscatter the two mixed paths are one path in two senses, and their pressures add coherently: twice
-    the energy, in a narrow cone.
+    Sound reaches a bubble directly or reflected by the surface, and leaves it by either path. In backscatter the two
+    mixed paths are one path in two senses, and their pressures add coherently: twice the energy, in a narrow cone.
 
     Source: APL-UW TR 9407 (1994), section II, in backscatter; the bistatic form and the cone are
     derived here from the same four paths through a uniform layer. Valid: 10 to 100 kHz.
@@ -97,18 +96,15 @@ class Bubbles:
     frequency: float
     """Frequency [Hz]."""
     cone: float = 0.02
-    """Half width of the cone of enhanced backscatter, about wavelength over 4 pi times the layer's depth [rad]."""
+    """Half width (1/e) of the cone of enhanced backscatter, about wavelength / (4 pi times the layer's depth) [rad]."""
 
     def __post_init__(self) -> None:
         """Refuse invalid values; warn outside the measured range."""
-        object.__setattr__(
-            self, "wind_speed", require_number("Bubbles.wind_speed", self.wind_speed, "m/s", 0.0, example="7")
-        )
+        wind = require_number("Bubbles.wind_speed", self.wind_speed, "m/s", 0.0, example="7")
         tone = require_number("Bubbles.frequency", self.frequency, "Hz", 0.0, exclude_low=True, example="100e3")
-        object.__setattr__(self, "frequency", tone)
-        object.__setattr__(
-            self, "cone", require_number("Bubbles.cone", self.cone, "rad", 0.0, exclude_low=True, example="0.02")
-        )
+        cone = require_number("Bubbles.cone", self.cone, "rad", 0.0, exclude_low=True, example="0.02")
+        for name, value in (("wind_speed", wind), ("frequency", tone), ("cone", cone)):
+            object.__setattr__(self, name, value)
         _checked(self.wind_speed, self.frequency, 0.0)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
@@ -123,32 +119,32 @@ class Bubbles:
             Cross section [1], broadcast shape; 0 where either direction lies behind the surface.
         """
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
-        depth = bubble_extinction(self.wind_speed, self.frequency)
-        depth_in, depth_out = (depth / np.maximum(np.sin(g), SHALLOWEST) for g in (grazing_in, grazing_out))
-        both, difference = depth_in + depth_out, np.abs(depth_in - depth_out)
-        direct = -np.expm1(-2 * both) / both
+        beta_v = bubble_extinction(self.wind_speed, self.frequency)  # optical depths: vertical, then along both legs
+        beta_in, beta_out = (beta_v / np.maximum(np.sin(g), SHALLOWEST) for g in (grazing_in, grazing_out))
+        total, difference = beta_in + beta_out, np.abs(beta_in - beta_out)
+        direct = -np.expm1(-2 * total) / total
         # The difference of two exponentials over that of their exponents, without cancellation where they are equal.
         ratio = np.where(difference > 1e-8, -np.expm1(-2 * difference) / np.maximum(difference, 1e-8), 2.0)
         enhancement = self._enhancement(grazing_in, grazing_out, azimuth)
-        mixed = enhancement * np.exp(-2 * np.minimum(depth_in, depth_out)) * ratio
+        mixed = enhancement * np.exp(-2 * np.minimum(beta_in, beta_out)) * ratio
         damping = 0.0255 * (self.frequency / 1e3) ** (1 / 3)
-        strength = depth * DAMPING_BY_RADIATION / (4 * math.pi * damping)
+        strength = beta_v * DAMPING_BY_RADIATION / (4 * math.pi * damping)
         return np.asarray(strength * (direct + mixed) * illumination(grazing_in, grazing_out))
 
     def transmission(self, grazing: Floats) -> Floats:
-        """Energy transmission through the bubbles on one leg, half the decibels of `bubble_loss_db` [1].
+        """Fraction of the energy that passes the bubbles on one leg [1]: half of `bubble_loss_db`, without its cap.
 
         Args:
-            grazing: Grazing angle [rad], any shape. There is no cap here.
+            grazing: Grazing angle [rad], any shape.
         """
         return np.asarray(10 ** (-np.minimum(_loss_db(self.wind_speed, self.frequency, grazing) / 20, 150.0)))
 
     def _enhancement(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Enhancement of backscatter: 2 in backscatter, 1 in other directions [1]."""
         # Half the sum of the directions in and out is zero in backscatter: rotate the azimuth, invert the normal part.
-        across, _ = half_direction_change(grazing_in, grazing_out, np.asarray(azimuth) - math.pi)
+        in_plane, _ = half_direction_change(grazing_in, grazing_out, np.asarray(azimuth) - math.pi)
         normal = (np.sin(grazing_in) - np.sin(grazing_out)) / 2
-        off_axis = 2 * np.hypot(across, normal)
+        off_axis = 2 * np.hypot(in_plane, normal)
         return np.asarray(1 + np.exp(-np.minimum((off_axis / self.cone) ** 2, 700.0)))
 
 

@@ -1,7 +1,7 @@
 """Compiled scattering laws: a hundred million cross sections per second.
 
 The engine evaluates a law for every pair of paths at every scatterer. Here a law is converted, once, into a few
-numbers and tables; a compiled loop then evaluates it from unit vectors, without angles and integrals. The laws of a
+parameters and tables; a compiled loop then evaluates it from unit vectors, without angles and integrals. The laws of a
 sediment have loops of their own; a law that is the product of one factor for each direction, and any other law, have
 tables of their values.
 """
@@ -38,17 +38,17 @@ from insonify.units import amplitude_ratio
 
 Singles = NDArray[np.float32]
 
-HIGHEST_LOG2 = 40.0
-"""End of the table of Kirchhoff's integral over log2 q [octaves]."""
+HIGHEST_LOG2_Q = 40.0
+"""log2 q at the end of the table of Kirchhoff's integral I(q) [octaves]."""
 FACTOR_NODES = 4097
-"""Number of entries of the table of the factor of one direction [1]."""
+"""Number of entries of the table of the factor of one direction."""
 GROUP = 8192
-"""Cross sections evaluated per call of the loop, few enough for the cache [1]."""
-NO_CAP = np.ones(1, np.float32)
+"""Number of cross sections evaluated per call of the loop, few enough for the cache."""
+NO_CAP = np.ones(1, np.float32)  # one entry: `CompiledLaw.fill` applies no cap
 SURFACE_WEIGHT = 1 / (8 * np.pi)
 """Weight of Kirchhoff's integral in a cross section [1]."""
 SedimentLawKind = Kirchhoff | Perturbation | SmallSlope | SedimentVolume | Jackson
-NO_NUMBERS = kernels.SedimentParameters(*np.zeros(len(kernels.SedimentParameters._fields), np.float32))
+NO_PARAMETERS = kernels.SedimentParameters(*np.zeros(len(kernels.SedimentParameters._fields), np.float32))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,21 +64,22 @@ class CompiledLaw:
     """
 
     loop: Callable[..., None]
-    """Kernel that fills an array: loop(numbers, table, incoming, outgoing, normal, section)."""
-    numbers: kernels.SedimentParameters | LawGrid
+    """Kernel that fills an array: loop(parameters, table, incoming, outgoing, normal, section)."""
+    parameters: kernels.SedimentParameters | LawGrid
     """Parameters of the kernel."""
     table: Singles
-    """Table of the kernel, one-dimensional: log2 of Kirchhoff's integral, the factor of one direction, or log2 of the
-    cross section on a grid."""
+    """Table of the kernel, one-dimensional: log2 of Kirchhoff's integral over log2 q, the factor of one direction over
+    sqrt(1 - sine of grazing), or log2 of the cross section on a `LawGrid`."""
     cap: Singles
-    """Factors that keep the albedo at 1, at evenly spaced sines of the grazing angle; a single entry for no cap."""
+    """Factors that keep the albedo at or below 1, at sines of the grazing angle evenly spaced from 0 to 1 [1]; a single
+    entry for no cap."""
 
     def __repr__(self) -> str:
         kind = getattr(self.loop, "__name__", "loop").replace("_", " ")
         return f"CompiledLaw: {kind}, {self.table.size} table entries, {'no cap' if self.cap.size == 1 else 'capped'}"
 
     @property
-    def factor(self) -> Singles | None:
+    def direction_factors(self) -> Singles | None:
         """Table of the factor of one direction, for a law that is the product of two such factors; else None.
 
         The cross section is the product of two entries [1], which are evenly spaced over sqrt(1 - sine of grazing),
@@ -122,7 +123,7 @@ class CompiledLaw:
             normal: Normals of the interface into the water [1], shape (3, n), contiguous.
             section: Filled with the cross sections [1], shape (n,), contiguous.
         """
-        self.loop(self.numbers, self.table, incoming, outgoing, normal, section)
+        self.loop(self.parameters, self.table, incoming, outgoing, normal, section)
         if self.cap.size > 1:
             kernels.apply_cap(self.cap, incoming, outgoing, normal, section)
 
@@ -185,68 +186,70 @@ def _(law: Lambert) -> CompiledLaw:
 
 @compile_law.register
 def _(law: Kirchhoff) -> CompiledLaw:
-    numbers = _numbers(law, rough=SURFACE_WEIGHT)
-    return CompiledLaw(kernels.kirchhoff_cross_sections, numbers, _log2_integral(law.sediment), NO_CAP)
+    parameters = _parameters(law, surface_weight=SURFACE_WEIGHT)
+    return CompiledLaw(kernels.kirchhoff_cross_sections, parameters, _log2_integral(law.sediment), NO_CAP)
 
 
 @compile_law.register
 def _(law: Perturbation) -> CompiledLaw:
-    table = _log2_integral(law.sediment, grating=True)
-    return CompiledLaw(kernels.surface_cross_sections, _numbers(law, rough=SURFACE_WEIGHT), table, NO_CAP)
+    table = _log2_integral(law.sediment, is_perturbation=True)
+    return CompiledLaw(kernels.surface_cross_sections, _parameters(law, surface_weight=SURFACE_WEIGHT), table, NO_CAP)
 
 
 @compile_law.register
 def _(law: SmallSlope) -> CompiledLaw:
-    free = UncappedSmallSlope(law.sediment, law.frequency, law.sound_speed)
-    return _surface(law, free, _numbers(law, rough=SURFACE_WEIGHT))
+    uncapped = UncappedSmallSlope(law.sediment, law.frequency, law.sound_speed)
+    return _surface(law, uncapped, _parameters(law, surface_weight=SURFACE_WEIGHT))
 
 
 @compile_law.register
 def _(law: SedimentVolume) -> CompiledLaw:
-    free = UncappedSedimentVolume(law.sediment, law.frequency, law.sound_speed, law.volume_spectrum)
-    return _surface(law, free, _numbers(law, volume_spectrum=law.volume_spectrum))
+    uncapped = UncappedSedimentVolume(law.sediment, law.frequency, law.sound_speed, law.volume_spectrum)
+    return _surface(law, uncapped, _parameters(law, volume_spectrum=law.volume_spectrum))
 
 
 @compile_law.register
 def _(law: Jackson) -> CompiledLaw:
-    free = UncappedJackson(law.sediment, law.frequency, law.sound_speed, law.volume_spectrum)
-    return _surface(law, free, _numbers(law, rough=SURFACE_WEIGHT, volume_spectrum=law.volume_spectrum))
+    uncapped = UncappedJackson(law.sediment, law.frequency, law.sound_speed, law.volume_spectrum)
+    parameters = _parameters(law, surface_weight=SURFACE_WEIGHT, volume_spectrum=law.volume_spectrum)
+    return _surface(law, uncapped, parameters)
 
 
 def _product(direction_factor: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> CompiledLaw:
     sine = 1 - np.linspace(0, 1, FACTOR_NODES) ** 2
-    return CompiledLaw(kernels.product_cross_sections, NO_NUMBERS, direction_factor(sine).astype(np.float32), NO_CAP)
+    table = direction_factor(sine).astype(np.float32)
+    return CompiledLaw(kernels.product_cross_sections, NO_PARAMETERS, table, NO_CAP)
 
 
-def _surface(law: SedimentLawKind, free: ScatteringLaw, numbers: kernels.SedimentParameters) -> CompiledLaw:
-    nodes = albedo_cap_nodes(free)
+def _surface(law: SedimentLawKind, uncapped: ScatteringLaw, parameters: kernels.SedimentParameters) -> CompiledLaw:
+    nodes = albedo_cap_nodes(uncapped)
     cap = NO_CAP if nodes.min() == 1 else nodes.astype(np.float32)
-    return CompiledLaw(kernels.surface_cross_sections, numbers, _log2_integral(law.sediment), cap)
+    return CompiledLaw(kernels.surface_cross_sections, parameters, _log2_integral(law.sediment), cap)
 
 
-def _numbers(
-    law: SedimentLawKind, *, rough: float = 0.0, volume_spectrum: VolumeSpectrum | None = None
+def _parameters(
+    law: SedimentLawKind, *, surface_weight: float = 0.0, volume_spectrum: VolumeSpectrum | None = None
 ) -> kernels.SedimentParameters:
     """Parameters of a sediment at one frequency for the compiled loops; without a spectrum, no volume scattering."""
     sediment, rho = law.sediment, law.sediment.density_ratio
-    offset = ((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1
-    step2, alpha = (4 * np.pi * law.frequency / law.sound_speed) ** 2, hurst_exponent(sediment)
-    log2_q = np.log2(0.5 * structure_constant(sediment) * step2 ** (1 - alpha))
-    # A lossless seabed would divide by 0 at its critical angle.
+    kappa2_minus_1 = ((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1
+    four_k2, alpha = (4 * np.pi * law.frequency / law.sound_speed) ** 2, hurst_exponent(sediment)
+    log2_unit_q = np.log2(0.5 * structure_constant(sediment) * four_k2 ** (1 - alpha))
     volume = 8 * rho**2 * isotropic_strength(sediment)
     isotropic = volume if volume_spectrum == "isotropic" else 0.0
-    spectral = 2 * sediment.speed_ratio * volume if volume_spectrum == "power-law" else 0.0
-    row = (rho, offset.real, max(offset.imag, 1e-7), log2_q, alpha, rough, isotropic, spectral)
+    power_law = 2 * sediment.speed_ratio * volume if volume_spectrum == "power-law" else 0.0
+    imag = max(kappa2_minus_1.imag, 1e-7)  # a lossless seabed would divide by 0 at its critical angle
+    row = (rho, kappa2_minus_1.real, imag, log2_unit_q, alpha, surface_weight, isotropic, power_law)
     return kernels.SedimentParameters(*np.array(row, np.float32))
 
 
-def _log2_integral(sediment: Sediment, *, grating: bool = False) -> Singles:
+def _log2_integral(sediment: Sediment, *, is_perturbation: bool = False) -> Singles:
     """log2 of Kirchhoff's integral I over evenly spaced log2 q; for perturbation theory, I's asymptote for small q."""
     from scipy.special import gamma
 
     alpha = hurst_exponent(sediment)
-    log2_q = np.arange(kernels.LEAST_LOG2, HIGHEST_LOG2, kernels.LOG2_STEP)
-    if grating:
+    log2_q = np.arange(kernels.LEAST_LOG2_Q, HIGHEST_LOG2_Q, kernels.LOG2_Q_STEP)
+    if is_perturbation:
         return np.asarray(
             log2_q + np.log2(2 ** (1 + 2 * alpha) * alpha * gamma(1 + alpha) / gamma(1 - alpha)), np.float32
         )

@@ -1,7 +1,6 @@
-"""Geometry of specular facets: tilt and grazing angle of the facet that reflects one direction into another.
+"""Geometry of specular facets: change of direction by the facet that reflects one direction into another.
 
-All quantities follow from the change of direction, d = out - in, so that they are symmetric
-in source and receiver.
+All quantities follow from the change of direction, d = out - in, so that they are symmetric in source and receiver.
 """
 
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from insonify.scattering.law import Floats
 
 SHALLOWEST = 1e-9
-"""Sine of the grazing angle below which a direction counts as behind the interface [1]."""
+"""Sine of the grazing angle up to which a direction counts as behind the interface [1]."""
 
 
 def half_direction_change(grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> tuple[Floats, Floats]:

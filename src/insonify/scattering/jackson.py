@@ -58,10 +58,10 @@ class Jackson:
         103, 169, with the surface as in SmallSlope and the volume as in SedimentVolume.
         Valid: as its two parts; the relief was measured for 10 to 100 kHz.
         """
-        free = UncappedJackson(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
+        uncapped = UncappedJackson(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
-        cap = symmetric_cap(free, np.sin(grazing_in), np.sin(grazing_out))
-        return np.asarray(cap * free.cross_section(grazing_in, grazing_out, azimuth))
+        cap = symmetric_cap(uncapped, np.sin(grazing_in), np.sin(grazing_out))
+        return np.asarray(cap * uncapped.cross_section(grazing_in, grazing_out, azimuth))
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,11 +58,11 @@ class Kirchhoff:
         implementation). Valid: within some 30 degrees of the specular direction; relief of 10 to 100 kHz.
         """
         d = scattering_geometry(grazing_in, grazing_out, azimuth)
-        facet = np.abs(reflection_coefficient(self.sediment, np.arcsin(d.facet_grazing_sine))) ** 2
+        reflection2 = np.abs(reflection_coefficient(self.sediment, np.arcsin(d.facet_grazing_sine))) ** 2
         steepness = d.facet_grazing_sine**4 / (d.vertical**2 * d.transverse2)
         wavenumber = 2 * np.pi * self.frequency / self.sound_speed
         return d.where_illuminated(
-            facet / (8 * np.pi) * steepness * kirchhoff_integral_of_pair(self.sediment, wavenumber, d)
+            reflection2 / (8 * np.pi) * steepness * kirchhoff_integral_of_pair(self.sediment, wavenumber, d)
         )
 
 
@@ -74,9 +74,10 @@ def kirchhoff_integral_of_pair(sediment: Sediment, wavenumber: float, d: Scatter
         wavenumber: Acoustic wavenumber in the water [rad/m].
         d: Geometry of the pair of directions.
 
-    Source: as :meth:`Kirchhoff.cross_section`; q = C^2 (2 k vertical)^2 (2 k transverse)^(-2 alpha) / 2.
+    Source: as :meth:`Kirchhoff.cross_section`; q = C^2 (2 k vertical)^2 (2 k transverse)^(-2 alpha) / 2, C^2 the
+    structure constant, vertical and transverse half the change of direction.
     """
     alpha = hurst_exponent(sediment)
-    step2 = (2 * wavenumber) ** 2
-    q = 0.5 * structure_constant(sediment) * step2 ** (1 - alpha) * d.vertical**2 * d.transverse2**-alpha
+    four_k2 = (2 * wavenumber) ** 2
+    q = 0.5 * structure_constant(sediment) * four_k2 ** (1 - alpha) * d.vertical**2 * d.transverse2**-alpha
     return kirchhoff_integral(alpha)(q)

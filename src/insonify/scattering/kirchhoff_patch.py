@@ -22,8 +22,8 @@ from insonify.scattering._kirchhoff_patch_kernel import fresnel_tail, patch_pres
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 TERMS = 8
-"""Rows of a patch: terms of the position in u, v, u^2, v^2 and u v [m]; growth of the vector area along u and v [1];
-sides along u and v whose delay it has: -1 or 1, 0 for the middle, and a 0."""
+"""Rows of a patch: terms of the position in u, v, u^2, v^2 and u v [m]; growth of the vector area along u and v,
+relative to the area at the centre [1]; then u and v of the side whose delay it has (-1 or 1; 0: the middle), and 0."""
 
 
 def side_offset(terms: Floats) -> Floats:
@@ -39,34 +39,34 @@ class KirchhoffPatch:
     """Pressure reflection coefficient [1]: 1 for a rigid body, -1 for an air-filled one."""
 
     def echoes(
-        self, terms: Floats, area: Floats, normal: Floats, arriving: Floats, leaving: Floats, length_in: Floats,
-        length_out: Floats, wavenumber: Floats,
+        self, terms: Floats, area: Floats, normal: Floats, from_transmitter: Floats, from_receiver: Floats,
+        radius_in: Floats, radius_out: Floats, wavenumber: Floats,
     ) -> Complexes:  # fmt: skip
         """Scattered pressure at 1 m of patches under incident waves of unit pressure [m].
 
         The phase refers to the centre of the patch, or of its side: multiply by the phases of both legs to it.
 
         Args:
-            terms: Position minus centre is t0 u + t1 v + t2 u^2 + t3 v^2 + t4 u v [m]; vector area per u and v,
-                relative to that at the centre, is normal + t5 u + t6 v; of the sides t7, see `TERMS`. Shape (n, 8, 3).
+            terms: Rows t0 to t7, shape (n, 8, 3): position minus centre is t0 u + t1 v + t2 u^2 + t3 v^2 + t4 u v [m];
+                vector area over the area at the centre is normal + t5 u + t6 v; t7 is the side, see `TERMS`.
             area: Area of each whole patch [m^2], shape (n,).
             normal: Unit normals at the centres, into the water, shape (n, 3).
-            arriving: Directions of travel towards the patches from the transmitter, shape (p, n, 3).
-            leaving: Directions of travel towards the patches from the receiver, shape (p, n, 3).
-            length_in: Radii of curvature of the wavefronts from the transmitter [m], shape (p, n).
-            length_out: Radii of curvature of the wavefronts from the receiver [m], shape (p, n).
+            from_transmitter: Unit directions of travel towards the patches from the transmitter, shape (p, n, 3).
+            from_receiver: Unit directions of travel towards the patches from the receiver, shape (p, n, 3).
+            radius_in: Radii of curvature of the wavefronts from the transmitter [m], shape (p, n).
+            radius_out: Radii of curvature of the wavefronts from the receiver [m], shape (p, n).
             wavenumber: Wavenumber at each patch [rad/m], shape (n,).
 
         Returns:
-            (j / wavelength) R times the integral of (sine_in + sine_out) / 2 exp(-j k path), shape (p, n); sines are of
-            grazing angles. 0 where either direction is behind the patch.
+            (j / wavelength) R times the integral of (sine_in + sine_out) / 2 exp(-j k path) over the patch's area [m],
+            shape (p, n); sines are of grazing angles. 0 where either direction is behind the patch.
 
         Source: Kirchhoff's integral as in `insonify.scattering.kirchhoff_facet`; Fresnel integrals of a quadratic
             phase, Abramowitz & Stegun (1964), 7.3.
         """
-        echo = np.empty(arriving.shape[:2], complex)
+        echo = np.empty(from_transmitter.shape[:2], complex)
         patch_pressures(
-            self.reflection, terms, area, normal, np.array(arriving), np.array(leaving), length_in, length_out,
-            wavenumber, fresnel_tail(), echo,
+            self.reflection, terms, area, normal, np.array(from_transmitter), np.array(from_receiver), radius_in,
+            radius_out, wavenumber, fresnel_tail(), echo,
         )  # fmt: skip
         return echo

@@ -15,7 +15,7 @@ from insonify.validity import require_number
 STRONGEST_DB = 10 * math.log10(1 / math.pi)
 """Strength of an interface that scatters all the incident energy [dB]."""
 WEAKEST_DB = -400.0
-"""Smallest strength; a scenario without an echo of the interface has no law at all [dB]."""
+"""Smallest strength [dB]; for an interface without an echo a scenario leaves the law out."""
 
 
 def _passive(strength_db: float) -> float:

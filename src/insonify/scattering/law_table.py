@@ -18,13 +18,13 @@ TOLERANCE_DB = 0.05
 """Error of a table that is accepted [dB], where the cross section exceeds `WEAKEST`."""
 WEAKEST = 1e-8
 """Cross section below which the error of a table is disregarded [1]."""
-PORTION = 0.999
-"""Portion of the directions within the tolerance: a law may have edges, which no table resolves to the last [1]."""
-CHECKS = 4096
-"""Pairs of directions at which the error is measured [1]."""
+CHECKED_FRACTION = 0.999
+"""Fraction of the directions within the tolerance: a law may have edges, which no table resolves fully [1]."""
+CHECKED_PAIRS = 4096
+"""Number of pairs of directions at which the error is measured."""
 MAX_ENTRIES = 1 << 22
-"""Largest number of entries, 16 MB [1]."""
-_LEAST_SECTION = 1e-36  # of single precision
+"""Largest number of entries of a table, 16 MB."""
+_LEAST_SECTION = 1e-36  # floor before the logarithm; single precision begins at 1e-38
 
 
 def tabulate(law: ScatteringLaw) -> tuple[LawGrid, NDArray[np.float32]]:
@@ -34,7 +34,7 @@ def tabulate(law: ScatteringLaw) -> tuple[LawGrid, NDArray[np.float32]]:
         law: Law that depends on the azimuth by its cosine, if at all.
 
     Returns:
-        Grid, and log2 of the cross sections at its nodes, one-dimensional.
+        Grid, and log2 of the cross sections at its nodes, flattened, the azimuth fastest.
 
     Raises:
         ValueError: A cross section is negative or not a number.
@@ -60,16 +60,16 @@ def tabulate(law: ScatteringLaw) -> tuple[LawGrid, NDArray[np.float32]]:
 
 
 def _directions() -> tuple[Floats, Floats, Floats]:
-    """Grazing angles and azimuths at which the error is measured [rad]: half even in angle, half in its sine."""
+    """Grazing in, grazing out, azimuth at which the error is measured [rad]: half uniform in angle, half in sine."""
     random = np.random.default_rng(1)
-    grazing = random.uniform(0, 1, (2, CHECKS))
+    grazing = random.uniform(0, 1, (2, CHECKED_PAIRS))
     grazing[:, ::2] *= np.pi / 2
     grazing[:, 1::2] = np.arcsin(grazing[:, 1::2])
-    return grazing[0], grazing[1], random.uniform(0, np.pi, CHECKS)
+    return grazing[0], grazing[1], random.uniform(0, np.pi, CHECKED_PAIRS)
 
 
 def _sections(law: ScatteringLaw, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
-    """Cross sections of a law, of the broadcast shape, checked."""
+    """Checked cross sections of a law [1] at angles [rad], broadcast shape."""
     shape = np.broadcast_shapes(grazing_in.shape, grazing_out.shape, azimuth.shape)
     sections = np.asarray(law.cross_section(grazing_in, grazing_out, azimuth), float)
     name = f"{type(law).__name__}.cross_section"
@@ -98,7 +98,10 @@ def _table(law: ScatteringLaw, grid: LawGrid) -> NDArray[np.float32]:
 def _error_db(
     grid: LawGrid, table: NDArray[np.float32], directions: tuple[Floats, Floats, Floats], exact: Floats
 ) -> float:
-    """Error that a portion of `PORTION` of the directions does not exceed [dB]."""
+    """Error that a fraction `CHECKED_FRACTION` of the directions does not exceed [dB].
+
+    Directions are grazing in, grazing out and azimuth [rad], shape (n,) each; exact are their cross sections [1].
+    """
     a, b, azimuth = directions
     incoming = np.array([np.cos(a), 0 * a, np.sin(a)], np.float32)
     outgoing = np.array([np.cos(b) * np.cos(azimuth), np.cos(b) * np.sin(azimuth), -np.sin(b)], np.float32)
@@ -109,4 +112,4 @@ def _error_db(
     strong = exact > WEAKEST
     if not strong.any():
         return 0.0
-    return float(np.quantile(np.abs(10 * np.log10(section[strong] / exact[strong])), PORTION))
+    return float(np.quantile(np.abs(10 * np.log10(section[strong] / exact[strong])), CHECKED_FRACTION))

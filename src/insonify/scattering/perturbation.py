@@ -1,4 +1,4 @@
-"""First-order perturbation theory: a rough seabed as a sum of gratings.
+"""First-order perturbation theory: a rough seabed as a sum of sinusoidal gratings.
 
 Of all spectral components of the relief, only one scatters sound from a given direction into another
 (Bragg's condition). The theory holds far from the specular direction, where this component is short and low.
@@ -64,7 +64,7 @@ class Perturbation:
 
 
 def grating_strength(sediment: Sediment, d: ScatteringGeometry) -> Floats:
-    """Coupling of two directions by the corrugation of a fluid sediment, |A|^2 [1].
+    """Energy coupling of two directions by the relief of a fluid sediment, |A|^2 of `Perturbation.cross_section` [1].
 
     Source: as :meth:`Perturbation.cross_section`, with both transmission coefficients multiplied out so that nothing
     cancels at low grazing angles: 1 + R = 2 rho sin / (rho sin + P), 1 - R = 2 P / (rho sin + P).
@@ -72,12 +72,12 @@ def grating_strength(sediment: Sediment, d: ScatteringGeometry) -> Floats:
     rho = sediment.density_ratio
     kappa2 = ((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2
     p_in, p_out = vertical_wavenumber(sediment, d.sine_in), vertical_wavenumber(sediment, d.sine_out)
-    contrast = rho**2 * (d.along - 1) + rho * (kappa2 - d.along) - (rho - 1) * p_in * p_out
+    contrast = rho**2 * (d.in_plane_product - 1) + rho * (kappa2 - d.in_plane_product) - (rho - 1) * p_in * p_out
     return np.asarray(4 * transmission(sediment, d) * np.abs(contrast) ** 2)
 
 
 def transmission(sediment: Sediment, d: ScatteringGeometry) -> Floats:
-    """Factor on the scattered energy by the transmission of the interface on both legs [1].
+    """Factor by which transmission through the interface, inwards and outwards, changes the scattered energy [1].
 
     Returns:
         |1 + R_in|^2 |1 + R_out|^2 / (16 rho^4), R the pressure reflection coefficients.

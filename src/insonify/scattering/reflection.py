@@ -44,22 +44,22 @@ def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
 
 
 def reflection_coefficient_at_sine(sediment: Sediment, sine: ArrayLike) -> Complexes:
-    """Pressure reflection coefficient from the sine of the grazing angle [1], any shape, unchecked."""
+    """`reflection_coefficient` [1] from the sine of the grazing angle [1], any shape, unchecked."""
     sine = np.asarray(sine, dtype=float)
     coefficient = np.empty(sine.shape, complex)
-    reflect_off_fluid(sine.ravel(), sediment.density_ratio, _offset(sediment), coefficient.reshape(-1))
+    reflect_off_fluid(sine.ravel(), sediment.density_ratio, _kappa2_minus_1(sediment), coefficient.reshape(-1))
     return coefficient
 
 
 @reflect_off_fluid.stand_in
 def _reflect_off_fluid(
-    sine: NDArray[np.float64], density_ratio: float, offset: complex, coefficient: Complexes
+    sine: NDArray[np.float64], density_ratio: float, kappa2_minus_1: complex, coefficient: Complexes
 ) -> None:
     """Reflection coefficients of a fluid sediment, as from the kernel `reflect_off_fluid`."""
     sine = np.maximum(sine, LEAST_SINE)
-    vertical, from_above = _root(offset, sine), density_ratio * sine
+    vertical, load = _root(kappa2_minus_1, sine), density_ratio * sine
     with np.errstate(invalid="ignore"):  # a gap stays a gap
-        coefficient[:] = np.conj((from_above - vertical) / (from_above + vertical))
+        coefficient[:] = np.conj((load - vertical) / (load + vertical))
 
 
 def vertical_wavenumber(sediment: Sediment, sine: ArrayLike) -> Complexes:
@@ -75,22 +75,22 @@ def vertical_wavenumber(sediment: Sediment, sine: ArrayLike) -> Complexes:
 
     Source: APL-UW TR 9407 (1994), eqs. 31-33.
     """
-    return _root(_offset(sediment), np.asarray(sine, dtype=float))
+    return _root(_kappa2_minus_1(sediment), np.asarray(sine, dtype=float))
 
 
-def _offset(sediment: Sediment) -> complex:
+def _kappa2_minus_1(sediment: Sediment) -> complex:
     """kappa^2 - 1, with kappa the wavenumber in the sediment over that in the water [1]."""
     return complex(((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1)
 
 
-def _root(offset: complex, sine: NDArray[np.float64]) -> Complexes:
-    """Root of an offset plus squares of sines, shape of `sine` [1]."""
-    real, imaginary = offset.real + sine**2, offset.imag
+def _root(kappa2_minus_1: complex, sine: NDArray[np.float64]) -> Complexes:
+    """Root of kappa^2 - 1 plus the square of a sine, with an imaginary part of 0 or more [1], shape of `sine`."""
+    real, imaginary = kappa2_minus_1.real + sine**2, kappa2_minus_1.imag
     # the root by real numbers: the library's complex one takes five times as long
     larger = np.maximum(np.sqrt((np.sqrt(real**2 + imaginary**2) + np.abs(real)) / 2), LEAST_ROOT)
-    smaller, steep = imaginary / (2 * larger), real >= 0
+    smaller, is_real_larger = imaginary / (2 * larger), real >= 0
     root = np.empty(real.shape, complex)
-    root.real, root.imag = np.where(steep, larger, smaller), np.where(steep, smaller, larger)
+    root.real, root.imag = np.where(is_real_larger, larger, smaller), np.where(is_real_larger, smaller, larger)
     return root
 
 
@@ -118,9 +118,11 @@ class ElasticSolid:
     def __post_init__(self) -> None:
         """Refuse a solid without positive stiffness."""
         for field in ("density_ratio", "speed_ratio", "shear_ratio", "loss", "shear_loss"):
-            above = not field.endswith("loss")
+            exclude_0 = not field.endswith("loss")
             object.__setattr__(
-                self, field, require_number(f"ElasticSolid.{field}", getattr(self, field), "", 0.0, exclude_low=above)
+                self,
+                field,
+                require_number(f"ElasticSolid.{field}", getattr(self, field), "", 0.0, exclude_low=exclude_0),
             )
         limit = math.sqrt(3) / 2 * self.speed_ratio
         if self.shear_ratio >= limit:
@@ -158,12 +160,12 @@ def elastic_reflection_coefficient(solid: ElasticSolid, grazing: ArrayLike) -> C
     # 1 - cos^2 from the sine itself: for a wave as fast as the water's it would cancel at grazing 0.
     compression_down = np.sqrt(compression**-2 - 1 + sine**2 + 0j)
     shear_down = np.sqrt(shear**-2 - 1 + sine**2 + 0j)
-    into_compression = (2 * shear**2 * (1 - sine**2) - 1) ** 2
-    # Impedances of the compressional wave, times cos^2 2t, and of the shear wave, times sin^2 2t. Multiplied out, so
-    # that a wave along the boundary causes no division by zero.
+    cosine2_2t = (2 * shear**2 * (1 - sine**2) - 1) ** 2
+    # Impedances of the compressional wave, times cos^2 2t, and of the shear wave, times sin^2 2t, t the shear wave's
+    # grazing angle. Multiplied out, so that a wave along the boundary causes no division by zero.
     load = solid.density_ratio * sine
     downwards = compression_down * shear_down
-    impedance = load * (into_compression * shear_down + (1 - into_compression) * compression_down)
+    impedance = load * (cosine2_2t * shear_down + (1 - cosine2_2t) * compression_down)
     with np.errstate(invalid="ignore"):  # a gap stays a gap
         return np.asarray(np.conj((impedance - downwards) / (impedance + downwards)))
 
@@ -171,16 +173,16 @@ def elastic_reflection_coefficient(solid: ElasticSolid, grazing: ArrayLike) -> C
 def coherent_reflection_factor(
     frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> NDArray[np.float64]:
-    """Reduction of the coherent (specular) reflection by roughness [1].
+    """Mean pressure reflected specularly by a rough boundary over that by a flat one [1].
 
     Args:
         frequency: Frequency [Hz], any shape.
         rms_height: Rms height of the roughness that the geometry does not resolve [m], broadcast.
-        grazing: Angle from the mean plane [rad], broadcast.
+        grazing: Grazing angle, from the mean plane [rad], broadcast.
         sound_speed: Sound speed in the water [m/s], broadcast.
 
     Returns:
-        Factor of the flat boundary's pressure reflection coefficient, 0 to 1 [1], broadcast shape. The remaining
+        Factor on the flat boundary's pressure reflection coefficient, 0 to 1 [1], broadcast shape. The remaining
         energy is scattered; a law that includes it must not be added to the full reflection.
 
     Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566: exp(-2 k^2 h^2 sin^2) of Gaussian heights; equation number

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-LOWEST_LOG_Q, HIGHEST_LOG_Q, LOG_Q_STEP = -16.0, 28.0, 0.05  # natural logarithms: ends and step of the table of I(q)
+LOWEST_LOG_Q, HIGHEST_LOG_Q, LOG_Q_STEP = -16.0, 28.0, 0.05  # natural log of q: ends and step of the table of I(q)
 STEEPEST_SLOPE_DEG = 30.0
-"""Rms slope [deg] above which small-slope scattering is far below the large-roughness form of the handbook."""
+"""Rms slope above which small-slope scattering is far below the handbook's empirical form for rock [deg]."""
 
 
 def hurst_exponent(sediment: Sediment) -> float:
@@ -92,7 +92,7 @@ def structure_constant(sediment: Sediment) -> float:
 
 
 def rms_slope(sediment: Sediment, wavenumber: float) -> float:
-    """Rms slope, both directions together, of the relief that is large against the acoustic wavelength [1].
+    """Rms slope of the relief that is large against the acoustic wavelength, both components together [1].
 
     Args:
         sediment: Sediment below the water.
@@ -101,8 +101,8 @@ def rms_slope(sediment: Sediment, wavenumber: float) -> float:
     Source: APL-UW TR 9407 (1994), composite roughness model, within eqs. 41-52.
     """
     a = hurst_exponent(sediment)
-    knee = (2 * math.pi * sediment.spectral_strength) ** (1 / a) / (2 * (1 - a))
-    return math.sqrt(knee * (wavenumber**2 / a) ** ((1 - a) / a))
+    slope2_scale = (2 * math.pi * sediment.spectral_strength) ** (1 / a) / (2 * (1 - a))
+    return math.sqrt(slope2_scale * (wavenumber**2 / a) ** ((1 - a) / a))
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,14 +112,14 @@ class KirchhoffIntegral:
     alpha: float
     """Hurst exponent of the relief [1]."""
     spline: CubicSpline
-    """Natural logarithm of I over that of q."""
+    """Natural logarithm of I as a function of that of q."""
 
     def __call__(self, q: ArrayLike) -> Floats:
         """I(q) [1] for q above 0, any shape; beyond the table its two asymptotic power laws."""
         log_q = np.log(q)
         inside = np.clip(log_q, LOWEST_LOG_Q, HIGHEST_LOG_Q)
-        beyond = np.where(log_q > 0, -1 / self.alpha, 1.0) * (log_q - inside)
-        return np.asarray(np.exp(self.spline(inside) + beyond))
+        extrapolation = np.where(log_q > 0, -1 / self.alpha, 1.0) * (log_q - inside)
+        return np.asarray(np.exp(self.spline(inside) + extrapolation))
 
 
 @lru_cache(maxsize=64)
@@ -138,8 +138,8 @@ def kirchhoff_integral(alpha: float) -> KirchhoffIntegral:
     from scipy.interpolate import CubicSpline
 
     log_q = np.arange(LOWEST_LOG_Q, HIGHEST_LOG_Q + LOG_Q_STEP / 2, LOG_Q_STEP)
-    ends = ((1, 1.0), (1, -1 / alpha))
-    return KirchhoffIntegral(alpha, CubicSpline(log_q, np.log(_integrals(alpha, np.exp(log_q))), bc_type=ends))
+    end_slopes = ((1, 1.0), (1, -1 / alpha))  # first derivatives: those of the asymptotic power laws
+    return KirchhoffIntegral(alpha, CubicSpline(log_q, np.log(_integrals(alpha, np.exp(log_q))), bc_type=end_slopes))
 
 
 def _integrals(alpha: float, q: Floats) -> Floats:
@@ -148,8 +148,8 @@ def _integrals(alpha: float, q: Floats) -> Floats:
 
     # J0 = Re H0, and H0 decays above the real axis; the rotation is small enough for exp(-q u^(2 alpha)) to decay too.
     rotation = min(math.pi / 2, math.pi / (6 * alpha))
-    nearest = -16.0 - 0.5 / alpha * max(HIGHEST_LOG_Q, 0.0)
-    u = np.exp(np.arange(nearest, math.log(100.0), 0.05) + 1j * rotation)
+    lowest_log_u = -16.0 - 0.5 / alpha * max(HIGHEST_LOG_Q, 0.0)
+    u = np.exp(np.arange(lowest_log_u, math.log(100.0), 0.05) + 1j * rotation)
     weight = 0.05 * hankel1(0, u) * u * u  # equal steps in log u: the trapezoid converges exponentially
     power = u ** (2 * alpha)
     # H0 alone integrates to 0 but dominates a small I numerically: it is subtracted exactly where q is small.

@@ -1,7 +1,7 @@
 """Bistatic geometry at a patch of interface.
 
-A law depends on the directions only through the change of the wave vector: its component in the plane of the
-interface (transverse) and along the normal (vertical). Jackson's formulas are written in these two.
+A law depends on the directions through both grazing angles and the change of the wave vector: its component in the
+plane of the interface (transverse) and along the normal (vertical). Jackson's formulas are written in these two.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from insonify.validity import require_numbers
 Floats = NDArray[np.float64]
 
 SPECULAR_BLUR2 = 1e-8
-"""Square added to that of the transverse change [1]: a power law would diverge in the specular direction."""
+"""Added to the square of half the transverse change [1]: a power law would diverge in the specular direction."""
 _LEAST_SINE = 1e-12
 
 
@@ -28,12 +28,12 @@ class ScatteringGeometry(NamedTuple):
     """Sine of the grazing angle of the incident sound [1]."""
     sine_out: Floats
     """Sine of the grazing angle of the scattered sound [1]."""
-    along: Floats
-    """Product of the cosines of both grazing angles and of the azimuth [1]."""
+    in_plane_product: Floats
+    """Scalar product of both directions' components in the plane, cos(in) cos(out) cos(azimuth) [1]."""
     transverse2: Floats
-    """Square of half the change of unit vectors in the plane, plus `SPECULAR_BLUR2` [1]."""
+    """Square of half the change of direction (of unit vectors) in the plane, plus `SPECULAR_BLUR2` [1]."""
     vertical: Floats
-    """Half the change of unit vectors along the normal [1]."""
+    """Half the change of direction along the normal, the mean of both sines [1]."""
     is_illuminated: NDArray[np.bool_]
     """True where both directions are on the water's side."""
 
@@ -60,13 +60,13 @@ def scattering_geometry(grazing_in: ArrayLike, grazing_out: ArrayLike, azimuth: 
     """
     a, b, azimuth = np.broadcast_arrays(*checked_angles(grazing_in, grazing_out, azimuth))
     sine_in, sine_out = np.maximum(np.sin(a), _LEAST_SINE), np.maximum(np.sin(b), _LEAST_SINE)
-    both = np.cos(a) * np.cos(b)
+    cosines = np.cos(a) * np.cos(b)
     # ((cos a - cos b)^2 + 4 cos a cos b sin^2(azimuth/2)) / 4: no cancellation near the specular direction.
-    transverse2 = 0.25 * (np.cos(a) - np.cos(b)) ** 2 + both * np.sin(azimuth / 2) ** 2
+    transverse2 = 0.25 * (np.cos(a) - np.cos(b)) ** 2 + cosines * np.sin(azimuth / 2) ** 2
     is_illuminated = ~((np.sin(a) <= 0) | (np.sin(b) <= 0))  # NaN counts as illuminated: a gap stays a gap
     vertical = 0.5 * (sine_in + sine_out)
     return ScatteringGeometry(
-        sine_in, sine_out, both * np.cos(azimuth), transverse2 + SPECULAR_BLUR2, vertical, is_illuminated
+        sine_in, sine_out, cosines * np.cos(azimuth), transverse2 + SPECULAR_BLUR2, vertical, is_illuminated
     )
 
 

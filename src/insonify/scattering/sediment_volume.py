@@ -72,10 +72,10 @@ class SedimentVolume:
         of APL-UW TR 9407 (1994), eqs. 65-66.
         Valid: 10 to 100 kHz; the volume parameter varies by a factor of 10 in either direction.
         """
-        free = UncappedSedimentVolume(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
+        uncapped = UncappedSedimentVolume(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
-        cap = symmetric_cap(free, np.sin(grazing_in), np.sin(grazing_out))
-        return np.asarray(cap * free.cross_section(grazing_in, grazing_out, azimuth))
+        cap = symmetric_cap(uncapped, np.sin(grazing_in), np.sin(grazing_out))
+        return np.asarray(cap * uncapped.cross_section(grazing_in, grazing_out, azimuth))
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,16 +97,16 @@ class UncappedSedimentVolume:
         if self.sediment.volume_parameter == 0:
             return np.zeros(d.is_illuminated.shape)
         p_in, p_out = (vertical_wavenumber(self.sediment, sine) for sine in (d.sine_in, d.sine_out))
-        rho, depth = self.sediment.density_ratio, (p_in + p_out).imag
-        isotropic = 8 * rho**2 * transmission(self.sediment, d) * isotropic_strength(self.sediment) / depth
+        rho, decay = self.sediment.density_ratio, (p_in + p_out).imag  # decay rate of pressure over k, both legs
+        isotropic = 8 * rho**2 * transmission(self.sediment, d) * isotropic_strength(self.sediment) / decay
         if self.volume_spectrum == "isotropic":
             return d.where_illuminated(isotropic)
         kappa = (1 + 1j * self.sediment.loss) / self.sediment.speed_ratio
-        contrast = np.abs(kappa**2 - d.along + p_in * p_out) ** 2  # of density, at constant sound speed
+        contrast = np.abs(kappa**2 - d.in_plane_product + p_in * p_out) ** 2  # of density, at constant sound speed
         change2 = 4 * d.transverse2 + (p_in + p_out).real ** 2 + OUTER_WAVENUMBER**2
-        # Scaled so that both kinds agree in backscatter above the critical angle, where the change is 2 |kappa|.
-        free = isotropic * 2 * self.sediment.speed_ratio * contrast / change2**1.5
-        return d.where_illuminated(free / (1 + free / STRONGEST))
+        # Scaled so that both spectra agree in backscatter above the critical angle, where the change is 2 |kappa|.
+        power_law = isotropic * 2 * self.sediment.speed_ratio * contrast / change2**1.5
+        return d.where_illuminated(power_law / (1 + power_law / STRONGEST))
 
 
 def check_sediment_volume(law: str, sediment: Sediment, volume_spectrum: str) -> None:

@@ -57,7 +57,7 @@ STONES: dict[str, tuple[float, float, float]] = {
     "gravel": (2.5, 1.8, 0.0160),
     "pebble": (2.5, 1.8, 0.0160),
 }
-"""Density ratio [1], speed ratio [1] and spectral strength [cm^4] of rock and stones; TR 9407, Table 2."""
+"""Density ratio [1], speed ratio [1] and spectral strength w2 [cm^4] of rock and stones; TR 9407, Table 2."""
 STONE_LOSS = 0.01374
 """Loss parameter of rock and stones [1]; TR 9407, Table 2."""
 SPECTRAL_EXPONENT = 3.25
@@ -110,9 +110,9 @@ class Sediment:
     def __post_init__(self) -> None:
         """Refuse impossible ratios, a negative loss, and an exponent without finite roughness."""
         for field in ("density_ratio", "speed_ratio", "loss", "volume_parameter", "spectral_strength"):
-            above = field not in ("loss", "volume_parameter")
+            exclude_0 = field not in ("loss", "volume_parameter")
             object.__setattr__(
-                self, field, require_number(f"Sediment.{field}", getattr(self, field), "", 0.0, exclude_low=above)
+                self, field, require_number(f"Sediment.{field}", getattr(self, field), "", 0.0, exclude_low=exclude_0)
             )
         exponent = require_number("Sediment.spectral_exponent", self.spectral_exponent, "", example="3.25")
         object.__setattr__(self, "spectral_exponent", exponent)
@@ -236,14 +236,14 @@ def _relief_cm(phi: float) -> float:
 
 def _attenuation(phi: float) -> float:
     """Attenuation in proportion to frequency, Hamilton (1972) [dB/m/kHz]."""
-    pieces = (
+    polynomials_below = (  # upper limit of phi; coefficients, of phi^0 first
         (0.0, (0.4556,)),
         (2.6, (0.4556, 0.0245)),
         (4.5, (0.1978, 0.1245)),
         (6.0, (8.0399, -2.5228, 0.20098)),
         (9.5, (0.9431, -0.2041, 0.0117)),
     )
-    for upper, polynomial in pieces:
+    for upper, polynomial in polynomials_below:
         if phi < upper:
             return sum(c * phi**n for n, c in enumerate(polynomial))
     return 0.0601

@@ -59,10 +59,10 @@ class SmallSlope:
         gravel above 100 kHz, are too steep for it: the strength is too low above 20 degrees, by 10 dB and more
         for rough rock. This is warned about; apl_bottom_strength_db is more accurate for them in backscatter.
         """
-        free = UncappedSmallSlope(self.sediment, self.frequency, self.sound_speed)
+        uncapped = UncappedSmallSlope(self.sediment, self.frequency, self.sound_speed)
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
-        cap = symmetric_cap(free, np.sin(grazing_in), np.sin(grazing_out))
-        return np.asarray(cap * free.cross_section(grazing_in, grazing_out, azimuth))
+        cap = symmetric_cap(uncapped, np.sin(grazing_in), np.sin(grazing_out))
+        return np.asarray(cap * uncapped.cross_section(grazing_in, grazing_out, azimuth))
 
 
 @dataclass(frozen=True, slots=True)

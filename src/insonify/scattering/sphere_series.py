@@ -41,12 +41,12 @@ def sphere_series_strength_db(
     """
     tone = require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True, allow_nan=False)
     k = 2 * np.pi * tone / require_sound_speed("sound_speed", sound_speed, gaps=False)
-    a, k, turn = np.broadcast_arrays(
+    a, k, angles = np.broadcast_arrays(
         require_numbers("radius", radius, "m", 0.0, exclude_low=True, allow_nan=False),
         k,
         require_numbers("angle", angle, "rad", allow_nan=False),
     )
-    pairs = zip((k * a).flat, turn.flat, strict=True)
+    pairs = zip((k * a).flat, angles.flat, strict=True)
     amplitude = np.array([sphere_amplitude(ka, at, boundary=boundary) for ka, at in pairs], complex)
     return np.asarray(20 * np.log10(np.abs(amplitude.reshape(a.shape)) * a))
 
@@ -80,13 +80,13 @@ def sphere_amplitude(ka: float, angle: ArrayLike = np.pi, *, boundary: Boundary 
 
 
 def partial_waves(ka: float, boundary: Boundary = "rigid") -> NDArray[np.complex128]:
-    """Coefficients eta_n of the outgoing spherical waves in exp(-i omega t) [1], shape (orders,), until they vanish."""
+    """Coefficients eta_n of outgoing waves for exp(-i omega t) [1], from ka [1], shape (orders,), until they vanish."""
     from scipy.special import spherical_jn, spherical_yn
 
     warn_outside("Partial waves of a sphere", "ka", ka, 1e-3, LARGEST_KA, "")
-    # Beyond n = ka the terms fall faster than exponentially (Wiscombe 1980 counts so in optics).
+    # Beyond n = ka the terms fall faster than exponentially; a count of this form is Wiscombe's (1980) in optics.
     n = np.arange(int(ka + 6 * ka ** (1 / 3) + 8))
-    derivative = boundary == "rigid"
-    j, y = spherical_jn(n, ka, derivative), spherical_yn(n, ka, derivative)
+    is_derivative = boundary == "rigid"
+    j, y = spherical_jn(n, ka, is_derivative), spherical_yn(n, ka, is_derivative)
     is_finite = np.isfinite(y)
     return np.where(is_finite, j / (j + 1j * np.where(is_finite, y, 1.0)), 0.0)

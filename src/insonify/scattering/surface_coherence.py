@@ -1,4 +1,4 @@
-"""Coherent reflection of a rough, moving sea surface, and mean delay and Doppler spread of the incoherent part.
+"""Coherent reflection of a rough, moving sea surface.
 
 The sea surface reflects nearly all the incident energy. Roughness reduces the coherent part;
 the incoherent part comes from a patch around the specular point, later and shifted in frequency.
@@ -29,12 +29,8 @@ def rayleigh_parameter(
     Returns:
         Rayleigh parameter [rad], broadcast shape: smooth well below 1, rough well above.
     """
-    k = (
-        2
-        * math.pi
-        * require_numbers("frequency", frequency, "Hz", 0.0)
-        / require_sound_speed("sound_speed", sound_speed)
-    )
+    tone = require_numbers("frequency", frequency, "Hz", 0.0)
+    k = 2 * math.pi * tone / require_sound_speed("sound_speed", sound_speed)
     height, angle = require_numbers("rms_height", rms_height, "m", 0.0), require_grazing_angle("grazing", grazing)
     return np.asarray(2 * k * height * np.sin(angle))
 

@@ -28,26 +28,25 @@ def apl_slope_variance(wind_speed: float) -> float:
 
 
 def facet_shadowing_excess(grazing: Floats, slope_variance: Floats | float) -> Floats:
-    """Smith's shadowing function Lambda: energy on the facing facets without shadowing over the incident, minus 1.
+    """Smith's shadowing function Lambda: energy on all facets facing the sound, unshadowed, over the incident, minus 1.
 
     Args:
         grazing: Grazing angle, above 0 to pi/2 [rad], any shape.
         slope_variance: Variance of the slope along the sound's bearing [1], broadcast.
 
     Returns:
-        Lambda [1], broadcast shape; the illuminated share of the facing facets is 1 / (1 + Lambda).
+        Lambda [1], broadcast shape; the illuminated fraction of the facing facets is 1 / (1 + Lambda).
 
     Source: Smith (1967), IEEE Trans. Antennas Propag. 15, 668 (not verified; derived here from conservation of
-    energy: the illuminated facets receive the incident energy). Valid: Gaussian slopes; the share in
+    energy: the illuminated facets receive the incident energy). Valid: Gaussian slopes; the fraction in
     shadow is assumed independent of the slope of a facet.
     """
     from scipy.special import erfcx
 
     # Not the tangent, whose sign rounding at the vertical may change.
     steepness = np.maximum(np.sin(grazing), SHALLOWEST) / np.maximum(np.abs(np.cos(grazing)), SHALLOWEST)
-    v = np.minimum(
-        steepness / np.sqrt(2 * np.asarray(slope_variance, dtype=float)), 25.0
-    )  # the function vanishes beyond
+    # The function vanishes beyond 25.
+    v = np.minimum(steepness / np.sqrt(2 * np.asarray(slope_variance, dtype=float)), 25.0)
     return np.asarray(0.5 * np.exp(-(v**2)) * (1 / (v * math.sqrt(math.pi)) - erfcx(v)))
 
 
@@ -61,7 +60,7 @@ class SurfaceFacets:
 
     Source: Kirchhoff's approximation at high frequency, sigma = (Delta / Delta_z)^4 p(slope) / 4,
     as used by Dahl (1999), J. Acoust. Soc. Am. 105, 2155 (derived independently; form of the
-    paper not checked), times the smaller of both directions' illuminated shares by Smith's `facet_shadowing_excess`:
+    paper not checked), times the smaller of both directions' illuminated fractions by Smith's `facet_shadowing_excess`:
     symmetric, exact in backscatter, and with an albedo of at most 1 at any angle. In backscatter above twice the rms
     slope it is the facet term of APL-UW TR 9407 (1994).
     Valid: 2 k times rms height times sin(grazing) well above 1, slopes below about 0.3.
@@ -109,9 +108,9 @@ class SurfaceFacets:
         """
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         heading = require_numbers("heading", heading, "rad")
-        across, along = half_direction_change(grazing_in, grazing_out, azimuth)
+        in_plane, normal = half_direction_change(grazing_in, grazing_out, azimuth)
         # Where both directions graze, no slope fits: the floor keeps the ratio finite, `illumination` makes it 0.
-        tilt = across / np.maximum(along, SHALLOWEST)
+        tilt = in_plane / np.maximum(normal, SHALLOWEST)
         bearing = self._bearing(grazing_in, grazing_out, azimuth) + np.asarray(heading)
         exponent = tilt**2 * (np.cos(bearing) ** 2 / self.along + np.sin(bearing) ** 2 / self.across) / 2
         density = np.exp(-np.minimum(exponent, 700.0)) / (2 * math.pi * math.sqrt(self.along * self.across))

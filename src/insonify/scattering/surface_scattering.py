@@ -17,8 +17,7 @@ class SurfaceScattering:
     For slopes from a wave spectrum or from measured sun glitter. Scattering by ripples, which
     dominates at 20 to 60 degrees in light wind, is left out; `AplSurface` includes it.
 
-    Source: the sum of `SurfaceFacets` and `Bubbles`, the facets attenuated by half of
-    `bubble_loss_db` on each leg.
+    Source: the sum of `SurfaceFacets` and `Bubbles`, the facets attenuated by half of `bubble_loss_db` on each leg.
 
     Example:
         >>> sea = SurfaceScattering.at_wind(10.0, frequency=30e3)

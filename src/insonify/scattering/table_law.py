@@ -104,11 +104,11 @@ class TableScatteringLaw:
 
     def direction_factor(self, grazing: Floats) -> Floats:
         """Factor of one direction, square root of its backscattering cross section [1]; grazing [rad], any shape."""
-        # Folded at the vertical: a grazing angle above 90 degrees counts as 180 degrees minus it.
+        # A grazing angle above 90 degrees is replaced by 180 degrees minus it, a negative one by 0.
         angle = np.arcsin(np.clip(np.sin(grazing), 0, 1))
-        within = np.interp(angle, self.grazing, 0.5 * np.asarray(self.strength_db))
+        half_strength_db = np.interp(angle, self.grazing, 0.5 * np.asarray(self.strength_db))
         first = math.sin(max(self.grazing[0], 1e-9))
-        return np.asarray(intensity_ratio(within) * np.minimum(np.sin(angle) / first, 1.0))
+        return np.asarray(intensity_ratio(half_strength_db) * np.minimum(np.sin(angle) / first, 1.0))
 
 
 def _header(reader: csv.DictReader[str], path: str | Path) -> list[str]:

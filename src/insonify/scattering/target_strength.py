@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 _FLOOR = 1e-300  # a null of a pattern in decibels: -3000 dB, not minus infinity
 
 SMALLEST_KA = 10.0
-"""Wavenumber times radius below which a closed form is off by more than about 1 dB [1]."""
+"""Wavenumber times radius below which the error of a closed form exceeds about 1 dB [1]."""
 
 
 def sphere_strength_db(radius: ArrayLike) -> Floats:
@@ -78,7 +78,7 @@ def cylinder_strength_db(
     Returns:
         10 log10(a L^2 / (2 lambda) cos(tilt) [sin(x) / x]^2), x = k L sin(tilt); the ends are left out.
 
-    Source: Kirchhoff's integral over the lit side by stationary phase. It differs from tables of simple forms
+    Source: Kirchhoff's integral over the illuminated side by stationary phase. It differs from tables of simple forms
     that print cos^2 (Urick 1983) by 10 log10 cos(tilt).
     Valid: ka cos(tilt) > 10, in the far field of the length.
 
@@ -90,8 +90,8 @@ def cylinder_strength_db(
     k = _wavenumber(frequency, sound_speed)
     beta = _within_a_right_angle(tilt)
     warn_outside("Kirchhoff cylinder", "ka", k * a, SMALLEST_KA, np.inf, "")
-    main = a * L**2 * k / (4 * np.pi)
-    return _db(main * np.cos(beta) * _sinc(k * L * np.sin(beta)) ** 2)
+    broadside = a * L**2 * k / (4 * np.pi)
+    return _db(broadside * np.cos(beta) * _sinc(k * L * np.sin(beta)) ** 2)
 
 
 def plate_strength_db(
@@ -117,10 +117,10 @@ def plate_strength_db(
         >>> f"{plate_strength_db(1.0, 1.0, frequency=100e3):.1f} dB re 1 m^2"
         '36.5 dB re 1 m^2'
     """
-    b, across, k = _positive("side", side), _positive("other_side", other_side), _wavenumber(frequency, sound_speed)
+    b, width, k = _positive("side", side), _positive("other_side", other_side), _wavenumber(frequency, sound_speed)
     beta = _within_a_right_angle(tilt)
-    warn_outside("Kirchhoff plate", "k times the smaller side", k * np.minimum(b, across), SMALLEST_KA, np.inf, "")
-    return _db((b * across * k / (2 * np.pi) * np.cos(beta) * _sinc(k * b * np.sin(beta))) ** 2)
+    warn_outside("Kirchhoff plate", "k times the smaller side", k * np.minimum(b, width), SMALLEST_KA, np.inf, "")
+    return _db((b * width * k / (2 * np.pi) * np.cos(beta) * _sinc(k * b * np.sin(beta))) ** 2)
 
 
 def disc_strength_db(
@@ -174,5 +174,6 @@ def _sinc(x: Floats) -> Floats:
     return np.asarray(np.sinc(x / np.pi))  # numpy's sinc is sin(pi x) / (pi x)
 
 
-def _db(strength: Floats) -> Floats:
-    return np.asarray(10 * np.log10(np.maximum(strength, _FLOOR)))
+def _db(cross_section: Floats) -> Floats:
+    """Level of a backscattering cross section [dB re 1 m^2]."""
+    return np.asarray(10 * np.log10(np.maximum(cross_section, _FLOOR)))

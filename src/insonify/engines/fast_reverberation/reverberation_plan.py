@@ -177,7 +177,7 @@ def _plan(
         horizon_image_depths=np.array([image_depth(name, source, depth) for name in horizon_names]),
         horizon_rising=np.array([last_boundary(name) == "bottom" for name in horizon_names]),
         reflection_products=reflection_products,
-        direction_factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
+        direction_factor=np.zeros(0, np.float32) if law.direction_factors is None else law.direction_factors,
         absorption_exponent=absorption_exponent(loss_db), refraction=refraction,
     )  # fmt: skip
     lists = _sample_lists(sampling.radials, heading, step, sampling, sampling.keep_probability, table)
