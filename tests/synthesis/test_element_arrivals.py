@@ -213,6 +213,20 @@ def test_dead_elements_are_silent_and_gains_are_as_drawn():
     np.testing.assert_allclose(received, whole * response[:, None], atol=1e-5 * np.abs(whole).max())
 
 
+def test_a_dead_element_changes_no_other():
+    """Of a long line, whose broadside sector is interpolated: the others have the bits of a line without errors."""
+    line = {**line_of(96), "length": 0.9}
+    worn, fresh = (
+        elements_scenario(some_targets(3), receive=line, **changes)
+        for changes in ({"receiver": {"errors": {"dead": [40]}}}, {})
+    )
+    simulator = build_simulator(worn)
+    assert simulator.coherent_accumulator(simulator.ping_geometry(0))._sector is not None
+    received, whole = (simulate(one).pressure.values[0] for one in (worn, fresh))
+    assert not received[40].any() and whole[40].any()
+    np.testing.assert_array_equal(np.delete(received, 40, axis=0), np.delete(whole, 40, axis=0))
+
+
 def test_elements_on_an_arc_receive_where_they_face():
     """A half-round head: a target abeam of one end is 20 dB stronger there than at the other, which faces away."""
     head = {"kind": "arc", "radius": 0.2, "arc_angle": "180 deg", "elements": 9, "element": "cosine"}

@@ -69,7 +69,7 @@ class ReceivePoints:
     acceleration: Floats
     """Acceleration in the world [m/s^2], shape (m, 3)."""
     orientation_row: NDArray[np.int64]
-    """Row of each channel in `orientations`, -1 for a dead one, shape (m,)."""
+    """Row of each channel in `orientations`, -1 for a dead one among several orientations, shape (m,)."""
     orientations: Floats
     """Distinct angles of elements to the right of the array's boresight [rad], shape (orientations,)."""
 
@@ -95,7 +95,9 @@ def receive_points(ping_geometry: PingGeometry) -> ReceivePoints:
     if elements is None:
         return ReceivePoints(position, velocity, acceleration, np.zeros(1, np.int64), np.zeros(1))
     orientations, row = np.unique(elements.orientations, return_inverse=True)
-    return ReceivePoints(position, velocity, acceleration, np.where(elements.response == 0, -1, row), orientations)
+    if len(orientations) > 1:  # of one orientation, all elements are computed together: a dead one is 0 afterwards
+        row = np.where(elements.response == 0, -1, row)
+    return ReceivePoints(position, velocity, acceleration, row, orientations)
 
 
 @dataclass(frozen=True, slots=True)
