@@ -42,7 +42,7 @@ def _of_a_profile(file: Path, out: Path, depth: float | None, far: float) -> Non
 
     profile = profile_in(file)
     try:
-        profile.covers(float(profile.depth[-1]))
+        profile.require_depth(float(profile.depth[-1]))
     except ValueError as error:
         raise InputError(f"{file}: {error}") from None
     if depth is None:

@@ -92,7 +92,7 @@ class SoundSpeedProfile:
         inside = (z >= self.depth[0]) & (z <= self.depth[-1])
         return np.where(inside, slopes[np.clip(layer, 0, slopes.size - 1)], 0.0)
 
-    def covers(self, water_depth: float) -> None:
+    def require_depth(self, water_depth: float) -> None:
         """Refuse a profile that does not reach from the surface to the seabed.
 
         Args:

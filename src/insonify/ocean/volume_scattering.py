@@ -100,11 +100,11 @@ def volume_strength_db(depth: ArrayLike, layers: Iterable[ScatteringLayer] | Sca
     return level_db(total)
 
 
-def volume_backscattering_coefficient(density: ArrayLike, mean_backscatter: ArrayLike) -> Floats:
+def volume_backscattering_coefficient(number_density: ArrayLike, mean_backscatter: ArrayLike) -> Floats:
     """Volume backscattering coefficient of a number density of scatterers [1/m]: s_v = n <sigma_bs>.
 
     Args:
-        density: Number of scatterers per volume [1/m^3], any shape.
+        number_density: Number of scatterers per volume [1/m^3], any shape.
         mean_backscatter: Mean backscattering cross section of one scatterer [m^2]: the mean of
             10^(TS/10), not of the target strength TS. Broadcast.
 
@@ -115,12 +115,12 @@ def volume_backscattering_coefficient(density: ArrayLike, mean_backscatter: Arra
     Valid: single scattering, scatterers independent of one another; no shadowing within a school.
 
     Example:
-        >>> fish = volume_backscattering_coefficient(density=0.1, mean_backscatter=10 ** (-40.0 / 10))
+        >>> fish = volume_backscattering_coefficient(number_density=0.1, mean_backscatter=10 ** (-40.0 / 10))
         >>> f"S_v = {10 * np.log10(fish):.0f} dB re 1/m"
         'S_v = -50 dB re 1/m'
     """
     return np.asarray(
-        require_numbers("density", density, "1/m^3", 0.0)
+        require_numbers("number_density", number_density, "1/m^3", 0.0)
         * require_numbers("mean_backscatter", mean_backscatter, "m^2", 0.0)
     )
 

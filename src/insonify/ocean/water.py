@@ -147,7 +147,7 @@ class Water(Model):
         if self.profile is None:
             return SoundSpeedProfile(np.array([0.0, water_depth]), np.full(2, self.sound_speed))
         profile = _profile(self.profile, self.smoothing)
-        profile.covers(water_depth)
+        profile.require_depth(water_depth)
         return profile
 
     def sound_speed_at(self, depth: ArrayLike) -> NDArray[np.float64]:

@@ -57,7 +57,7 @@ def sound_speed_layers(profile: SoundSpeedProfile, water_depth: float, *, plane:
     """
     if not (np.isfinite(water_depth) and water_depth > 0):
         raise ValueError(f"water_depth is {water_depth:g} m; give a positive number, such as 20.")
-    profile.covers(water_depth)
+    profile.require_depth(water_depth)
     inside = (profile.depth > 0) & (profile.depth < water_depth)
     depth = np.concatenate([[0.0], profile.depth[inside], [float(water_depth)]])
     speed = np.concatenate([profile.at([0.0]), profile.speed[inside], profile.at([water_depth])])
