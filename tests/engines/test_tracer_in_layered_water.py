@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
+from insonify.engines.tracer._trace_kernel import BED, NOTHING, SURFACE
 from insonify.engines.tracer.family_legs import TracedLegs, nearest_delay
+from insonify.engines.tracer.tracing_scene import open_water_hits
+from insonify.ocean.profile import SoundSpeedProfile
+from insonify.propagation.sound_speed_layers import sound_speed_layers
 from insonify.simulator import build_simulator
 from oracles.few_of import few_of
 from oracles.scenes import point
@@ -108,3 +112,30 @@ def test_a_point_without_a_ray_has_an_infinite_delay_to_any_other():
     for given, expected in (([0.12, 0.2, 0.2], [0.1, 0.2, np.inf]), ([0.29, np.inf, np.inf], [0.3, 0.2, np.inf])):
         np.testing.assert_array_equal(nearest_delay(legs, np.array(given)), expected)
     np.testing.assert_array_equal(nearest_delay([], none), none)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, -1e-9])
+def test_a_horizontal_ray_from_a_knot_is_the_arc_of_its_layer(angle):
+    """Speed grows by 1 /s with depth, or with height: a circle of 1510 m to the nearer boundary, as without knots."""
+    layers = sound_speed_layers(SoundSpeedProfile([0.0, 10.0, 30.0], [1500.0, 1510.0, 1530.0]), 30.0)
+    for sign, boundary, kind in ((1.0, 0.0, SURFACE), (-1.0, 30.0, BED)):
+        if sign < 0:  # the same water upside down, and 20 m above it
+            layers = sound_speed_layers(SoundSpeedProfile([0.0, 20.0, 30.0], [1530.0, 1510.0, 1500.0]), 30.0)
+        start = 10.0 if sign > 0 else 20.0
+        direction = np.array([[np.cos(angle), 0.0, np.sin(angle)]])
+        hits = open_water_hits(np.array([[0.0, 0.0, start]]), direction, 1000.0, 30.0, layers)
+        assert hits.kind[0] == kind and hits.position[0, 2] == pytest.approx(boundary, abs=1e-9)
+        assert hits.position[0, 0] == pytest.approx(np.sqrt(1510.0**2 - 1500.0**2), abs=1e-4)
+        assert hits.distance[0] == pytest.approx(1510.0 * np.arccos(1500 / 1510), abs=1e-4)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, -1e-9, 1e-7, -1e-7])
+def test_a_horizontal_ray_stays_at_the_least_sound_speed(angle):
+    """At a knot of 1490 m/s below and above faster water: 500 m along it, within 0.1 mm of its depth."""
+    layers = sound_speed_layers(SoundSpeedProfile([0.0, 10.0, 30.0], [1500.0, 1490.0, 1500.0]), 30.0)
+    hits = open_water_hits(
+        np.array([[0.0, 0.0, 10.0]]), np.array([[np.cos(angle), 0.0, np.sin(angle)]]), 500.0, 30.0, layers
+    )
+    assert hits.kind[0] == NOTHING and hits.position[0, 2] == pytest.approx(10.0, abs=1e-4)
+    assert hits.position[0, 0] == pytest.approx(500.0, abs=1e-6)
+    assert hits.delay[0] == pytest.approx(500 / 1490, abs=1e-8)

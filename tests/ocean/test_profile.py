@@ -59,17 +59,17 @@ def test_a_profile_is_frozen():
     assert repr(profile) == "SoundSpeedProfile: 2 knots, 0-10 m, 1500.0-1510.0 m/s"
 
 
-def test_a_profile_states_whether_it_covers_the_water():
+def test_a_profile_that_does_not_reach_the_seabed_is_refused():
     """Too shallow or begun too deep is an error with the fix, and the fix works."""
     cast = SoundSpeedProfile([1.5, 30.0], [1500.0, 1490.0])
     with pytest.raises(ValueError, match=r"begins at 1.5 m.*extended\(50\)"):
-        cast.covers(50.0)
+        cast.require_depth(50.0)
     whole = cast.extended(50.0)
-    whole.covers(50.0)
+    whole.require_depth(50.0)
     np.testing.assert_array_equal(whole.at([0.0, 1.5, 30.0, 50.0]), [1500, 1500, 1490, 1490])
     assert whole.extended(50.0) is whole
     with pytest.raises(ValueError, match=r"ends at 50 m; the water is 60 m deep"):
-        whole.covers(60.0)
+        whole.require_depth(60.0)
 
 
 @pytest.mark.parametrize(

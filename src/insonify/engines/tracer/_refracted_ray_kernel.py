@@ -24,10 +24,13 @@ MAX_SAGITTA = 1e-3
 """Largest distance between an arc and its chord [m]."""
 MIN_CURVATURE = 1e-9
 """Curvature below which a ray is straight within a layer [1/m]."""
+MIN_ANGLE = 1e-6
+"""Angle to the horizontal below which a ray stays at a least sound speed [rad]: its arcs would be millimetres long and
+depart from it by less than a micrometre, where the curvature is above 1e-6 per metre."""
 MAX_ARCS = 1_000_000
 """Number of arcs after which a ray is given up [1]."""
 OMITTED_FRACTION = 1e-9
-"""Fraction of the path to the receiver that is not tested, so that it does not end across a boundary [1]."""
+"""Fraction of the path to the end of the sonar that is not tested, so that it does not cross a boundary there [1]."""
 
 
 class RefractingScene(NamedTuple):
@@ -38,7 +41,7 @@ class RefractingScene(NamedTuple):
     bodies: TriangleTree
     """Triangles of all bodies."""
     water: SoundSpeedLayers
-    """Sound speed, down to the deepest seabed."""
+    """Sound speed, down to the deepest seabed; the depth of the mean seabed, where paths are reflected, is a knot."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -56,7 +59,7 @@ def layer_of(z: float, angle: float, water: SoundSpeedLayers) -> int:
 def next_arc(
     z: float, angle: float, slowness: float, layer: int, longest: float, water: SoundSpeedLayers
 ) -> tuple[float, float, float, float, int]:
-    """The next arc of a ray, up to the border of its layer or the largest length.
+    """The next arc of a ray, up to the border of its layer or the largest length; straight along a least sound speed.
 
     Args:
         z: Depth [m].
@@ -68,22 +71,26 @@ def next_arc(
 
     Returns:
         Its length [m]; its curvature, the decrease of the angle per metre [rad/m]; depth [m] and angle [rad] where it
-        ends; and the layer entered: -1 above the surface, and the number of layers below the last knot.
+        ends; and the layer entered, the same one where it has the largest length: -1 above the surface, and the number
+        of layers below the last knot.
     """
     depth, speed = water.depth, water.speed
     gradient = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer])
     curvature = slowness * gradient
     down = angle > 0 or (angle == 0 and gradient < 0)
     knot, end_angle = (layer + 1 if down else layer), angle
+    if abs(angle) < MIN_ANGLE and _is_least_speed(z, layer, water):
+        return longest, 0.0, z, angle, layer
     if abs(curvature) < MIN_CURVATURE:
         sine = math.sin(angle)
         length = (depth[knot] - z) / sine if abs(sine) > 1e-12 else math.inf
         curvature = 0.0
     else:
         cosine, sign = slowness * speed[knot], (1.0 if down else -1.0)
-        if cosine >= 1:  # the ray turns before it reaches that border
+        if cosine >= 1 and (gradient > 0) == down:  # the ray turns before it reaches that border
             knot, sign = (layer if down else layer + 1), -sign
-            cosine = min(slowness * speed[knot], 1.0)
+            cosine = slowness * speed[knot]
+        cosine = min(cosine, 1.0)
         end_angle = sign * math.atan2(math.sqrt((1 - cosine) * (1 + cosine)), cosine)
         length = (angle - end_angle) / curvature
     if length > longest:
@@ -91,6 +98,16 @@ def next_arc(
         end_depth = z + longest * _sinc(half_angle) * math.sin(angle - half_angle)
         return longest, curvature, end_depth, angle - 2 * half_angle, layer
     return max(length, 0.0), curvature, depth[knot], end_angle, (layer - 1 if knot == layer else layer + 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_least_speed(z: float, layer: int, water: SoundSpeedLayers) -> bool:
+    """Return True if a depth [m] is that of a knot of a layer with less sound speed than the knots above and below."""
+    depth, speed = water.depth, water.speed
+    for knot in range(max(layer, 1), min(layer + 2, depth.size - 1)):
+        if z == depth[knot] and speed[knot - 1] > speed[knot] < speed[knot + 1]:
+            return True
+    return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -125,7 +142,7 @@ def _arc_delay(z: float, angle: float, curvature: float, length: float, layer: i
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _longest_chord(slowness: float, layer: int, water: SoundSpeedLayers) -> float:
-    """Length of the chord that deviates from its arc by `MAX_SAGITTA` [m]."""
+    """Length of the chord that deviates from its arc by `MAX_SAGITTA` [m]; 89 km at most."""
     gradient = (water.speed[layer + 1] - water.speed[layer]) / (water.depth[layer + 1] - water.depth[layer])
     return math.sqrt(8 * MAX_SAGITTA / max(abs(slowness * gradient), 1e-12))
 
@@ -142,7 +159,7 @@ def refracted_hits(
         farthest: Path length beyond which no hit is searched [m], (n,).
         scene: Water and obstacles.
         missing: Result, True for tiles of the seabed that are not loaded.
-        hits: Result.
+        hits: Result: path length, delay, kind, position, direction and normal; kind `NOTHING` where none is.
     """
     terrain, bodies, water = scene.terrain, scene.bodies, scene.water
     has_obstacles, layer_count = bodies.normal.shape[0] > 0 or terrain.cell > 0, water.depth.size - 1
@@ -269,7 +286,9 @@ def clear_refracted_paths(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _half_fresnel_zone(path_length: float, length: float, sine: float, wavelength: float) -> float:
-    """Half length of the first Fresnel zone about a bounce on the seabed, projected on the path [m].
+    """Length of path before or after a bounce on the seabed, of the horizontal extent of half a Fresnel zone [m].
+
+    The zone is the first, its half length that in the plane of incidence.
 
     Args:
         path_length: Length of the path before the bounce [m].
