@@ -1,8 +1,8 @@
 """Fraction of the seabed that terrain hides from the sonar; where it is large, fast reverberation is not valid.
 
 Fast reverberation takes one terrain profile for each radial, allocates samples over a flat seabed, and ends paths
-abruptly behind crests. Where ridges hide much of the seabed, the few visible patches dominate the echo, and its error
-over 2 ms grows from 0.1 dB to several dB.
+abruptly behind crests. Where ridges hide much of the seabed, the few visible patches dominate the echo, and the error
+of its level averaged over 2 ms grows from 0.1 dB to several dB.
 """
 
 import numpy as np
@@ -20,7 +20,9 @@ SAMPLES = 4096
 
 
 def hidden_fraction(terrain: SeabedTerrain, ping_geometry: PingGeometry) -> float:
-    """Fraction of the horizontal distances in the window at which terrain occludes direct paths [1].
+    """Fraction of the window's distances at which terrain occludes direct paths from the transmitter [1].
+
+    Slant ranges of the window are taken as horizontal distances.
 
     Args:
         terrain: The terrain.

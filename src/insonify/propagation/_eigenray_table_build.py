@@ -31,12 +31,12 @@ from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 
-DELAY_ERROR = 4e-10
+MAX_CELL_DELAY_ERROR = 4e-10
 """Error of the delay above which a cell is left to the exact solver [s]: less than half of the guaranteed error."""
-AMPLITUDE_ERROR = 1.2e-3
-"""Relative error of amplitude or length above which a cell is left to it [1]: 0.01 dB, half of the guaranteed one."""
+MAX_CELL_AMPLITUDE_ERROR = 1.2e-3
+"""Relative error of amplitude or length above which a cell is left to it [1]: 0.01 dB, about half the guaranteed."""
 _MERGED = 2e-3  # largest distance of knots of the profile that share a line of nodes [m]
-_TRACE = 0.25  # error of a cell, as a fraction of the errors above, beyond which it is doubtful
+_DOUBTFUL_FRACTION = 0.25  # error of a cell, as a fraction of the errors above, beyond which it is doubtful
 _PLANE_FRACTIONS = (0.15, 0.85)  # source depths between two planes at which doubtful cells are compared
 _NEAR_CORNERS = ((0.06, 0.06), (0.94, 0.06), (0.06, 0.94), (0.94, 0.94))  # positions in a cell: range, depth
 
@@ -63,7 +63,7 @@ class TableGrid:
         return self.node_ranges.size - 1
 
     def find(self, cell_state: Bytes, depth: Floats, ranges: Floats) -> TablePoints:
-        """Points with their cells, and the number of paths in each."""
+        """Points with row and column of their cell, and its number of paths; `EXACT` outside of the grid."""
         points = table_points(depth, ranges)
         find_cells(cell_state, self.rows, points)
         return points
@@ -82,7 +82,7 @@ def table_points(depth: Floats, ranges: Floats) -> TablePoints:
 def table_grid(
     water: SoundSpeedLayers, point_depths: tuple[float, float], max_range: float, step: float, height: float
 ) -> TableGrid:
-    """Lines of depth through every knot of the profile, and evenly spaced ranges to a little beyond the greatest.
+    """Lines of constant depth through every knot of the profile, and even ranges to `RANGE_MARGIN` times the greatest.
 
     Args:
         water: The water column.
@@ -167,38 +167,38 @@ class TablePlane:
             Rays, as from the exact solver, (n, paths, COLUMNS), 0 where there is none or the exact solver is
             needed; the points with their cells.
         """
-        task, where = self.specification, self.specification.grid
-        source_speed = float(np.interp(self.source_depth, task.layers.depth, task.layers.speed))
+        specification, grid = self.specification, self.specification.grid
+        source_speed = float(np.interp(self.source_depth, specification.layers.depth, specification.layers.speed))
         table = NodeTable(
-            self.nodes.reshape(-1), self.mean_speed.reshape(-1), self.history, where.node_depths.size,
-            where.node_ranges.size,
+            self.nodes.reshape(-1), self.mean_speed.reshape(-1), self.history, grid.node_depths.size,
+            grid.node_ranges.size,
         )  # fmt: skip
         points = table_points(depth, ranges)
-        rays = read_table(self.path_count, table, where.rows, source_speed, task.bounces.number, points)
+        rays = read_table(self.path_count, table, grid.rows, source_speed, specification.bounces.number, points)
         return rays, points
 
 
-def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
+def build_plane(specification: TableSpecification, source_depth: float) -> TablePlane:
     """Build the table for one source depth, with its cells checked.
 
     Args:
-        task: Family, column and grid.
+        specification: Family, column and grid.
         source_depth: Depth of the source [m].
     """
-    water, grid = task.layers, task.grid
+    water, grid = specification.layers, specification.grid
     shape, cells = (grid.node_depths.size, grid.node_ranges.size), (grid.rows.top.size, grid.cells)
     nodes, mean_speed = np.zeros((BRANCHES, *shape, 8)), np.zeros((BRANCHES, *shape), np.float32)
     sheet, count, status = np.zeros((BRANCHES, *shape), np.int64), np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
     node_rays = NodeRays(nodes, mean_speed, sheet, count, status)
-    solve_nodes(water, source_depth, task.bounces, grid.node_depths, grid.node_ranges, node_rays)
+    solve_nodes(water, source_depth, specification.bounces, grid.node_depths, grid.node_ranges, node_rays)
     state, missing = np.empty(cells, np.uint8), np.empty(cells, np.uint8)
     history = np.zeros((BRANCHES, *cells, 2), np.uint8)
     source_layer = int(_layers(water, np.array([source_depth]))[0])
     layers = _layers(water, grid.rows.top + grid.rows.height / 2)
-    compare_corners(node_rays, task.bounces, source_layer, layers, CellPaths(state, missing, history))
+    compare_corners(node_rays, specification.bounces, source_layer, layers, CellPaths(state, missing, history))
     branches = max(1, int(np.where(state == EXACT, 0, state).max()))
     plane = TablePlane(
-        task, source_depth, nodes[:branches].copy(), mean_speed[:branches].copy(), state, missing,
+        specification, source_depth, nodes[:branches].copy(), mean_speed[:branches].copy(), state, missing,
         history[:branches].copy(),
     )  # fmt: skip
     check_cells(plane)
@@ -206,13 +206,14 @@ def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
 
 
 def interpolated_plane(above: TablePlane, below: TablePlane, source_depth: float, cell_state: Bytes) -> TablePlane:
-    """Interpolate the table for a source between two planes.
+    """Interpolate the table for a source between two planes: nodes by values and derivatives, cubic.
 
     Args:
         above: Table for the next source depth above.
         below: Table for the next source depth below.
         source_depth: Depth of the source [m].
-        cell_state: Number of paths in each cell for sources between the two, or `EXACT`.
+        cell_state: Number of paths in each cell for sources between the two, or `EXACT`; kept, not copied:
+            checks of the result write to it.
     """
     gap = below.source_depth - above.source_depth
     t = (source_depth - above.source_depth) / gap
@@ -226,7 +227,11 @@ def interpolated_plane(above: TablePlane, below: TablePlane, source_depth: float
 
 
 def state_between_planes(above: TablePlane, below: TablePlane) -> Bytes:
-    """Number of paths in each cell for all sources between two planes: `EXACT` unless valid in both and in between."""
+    """Number of paths in each cell for sources between two planes, or `EXACT`.
+
+    A cell has a number where both planes have it, with the same caustics or status of missing rays, and where their
+    interpolation agrees with the exact solver: halfway, and in doubtful cells also near either plane.
+    """
     is_equal = (above.path_count == below.path_count) & (
         (above.path_count > 0) | (above.missing_status == below.missing_status)
     )
@@ -239,13 +244,13 @@ def state_between_planes(above: TablePlane, below: TablePlane) -> Bytes:
         plane = interpolated_plane(above, below, above.source_depth + t * gap, state)
         if plane.nodes.shape[1] == 1:  # one line: cheap enough to check all cells
             rows, cells = np.nonzero(state != EXACT)
-            compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
-        check_corners(plane, doubtful)
+            compare_and_exclude(plane, *_inside(plane, rows, cells, 0.5, 0.5))
+        check_near_corners(plane, doubtful)
     return state
 
 
 def check_cells(plane: TablePlane) -> NDArray[np.bool_]:
-    """Compare every cell with the exact solver: in its middle, and doubtful ones near their corners too.
+    """Compare every cell with the exact solver: in its middle, and doubtful ones near their corners too; exclude some.
 
     Doubtful cells are those with a noticeable error, and those next to a cell of the exact solver. Cells that fail
     are left to the exact solver.
@@ -254,20 +259,22 @@ def check_cells(plane: TablePlane) -> NDArray[np.bool_]:
         Mask of doubtful cells, (rows, cells).
     """
     rows, cells = np.nonzero(plane.path_count != EXACT)
-    delay_error, amplitude_error = compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
-    chosen = np.zeros(plane.path_count.shape, bool)
-    mark_neighbours_of_exact(plane.path_count, chosen)
-    inaccurate = (delay_error > _TRACE * DELAY_ERROR) | (amplitude_error > _TRACE * AMPLITUDE_ERROR)
-    chosen[rows[inaccurate], cells[inaccurate]] = True
-    check_corners(plane, chosen)
-    return chosen
+    delay_error, amplitude_error = compare_and_exclude(plane, *_inside(plane, rows, cells, 0.5, 0.5))
+    doubtful = np.zeros(plane.path_count.shape, bool)
+    mark_neighbours_of_exact(plane.path_count, doubtful)
+    inaccurate = (delay_error > _DOUBTFUL_FRACTION * MAX_CELL_DELAY_ERROR) | (
+        amplitude_error > _DOUBTFUL_FRACTION * MAX_CELL_AMPLITUDE_ERROR
+    )
+    doubtful[rows[inaccurate], cells[inaccurate]] = True
+    check_near_corners(plane, doubtful)
+    return doubtful
 
 
-def check_corners(plane: TablePlane, chosen: NDArray[np.bool_]) -> None:
+def check_near_corners(plane: TablePlane, doubtful: NDArray[np.bool_]) -> None:
     """Compare some cells with the exact solver near their corners; those that fail are left to it."""
-    rows, cells = np.nonzero(chosen & (plane.path_count != EXACT))
+    rows, cells = np.nonzero(doubtful & (plane.path_count != EXACT))
     for u, v in _NEAR_CORNERS:
-        compare(plane, *_inside(plane, rows, cells, u, v))
+        compare_and_exclude(plane, *_inside(plane, rows, cells, u, v))
 
 
 def _inside(
@@ -278,17 +285,17 @@ def _inside(
     return grid.rows.top[rows] + v * grid.rows.height[rows], np.asarray((cells + u) * grid.step, float)
 
 
-def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
-    """Errors of delay [s] and amplitude [1] at points, (2, n); cells that fail are left to the exact solver."""
-    task, errors = plane.specification, np.empty((2, depth.size))
+def compare_and_exclude(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
+    """Errors of delay [s] and of amplitude or length, the larger [1], at points, (2, n); exclude cells that fail."""
+    specification, errors = plane.specification, np.empty((2, depth.size))
     rays, points = plane.read(depth, ranges)
     compare_points(
-        task.layers,
+        specification.layers,
         plane.source_depth,
-        task.bounces,
+        specification.bounces,
         points,
         rays,
-        (DELAY_ERROR, AMPLITUDE_ERROR),
+        (MAX_CELL_DELAY_ERROR, MAX_CELL_AMPLITUDE_ERROR),
         plane.path_count,
         errors,
     )

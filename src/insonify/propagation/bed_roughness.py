@@ -4,8 +4,8 @@ Waves shorter than the Fresnel zone count; longer ones tilt the plane of the ref
 its cutoff wavelength have the sediment's spectrum and longer ones the relief's; over a flat seabed all have the
 sediment's.
 A glint deflects sound by small angles: its waves together change the horizontal wavenumber by at most a third of the
-wavenumber of the sound. Sound that changes by more is scattered as the sediment's law describes: a bounce loses that
-energy.
+wavenumber of the sound or, where that is larger, the cutoff wavenumber of the relief. Sound that changes by more is
+scattered as the sediment's law describes: a bounce loses that energy.
 """
 
 import math
@@ -43,7 +43,7 @@ class BedRoughness:
     max_wavenumber: float
     """Largest change of the horizontal wavenumber of the sound by a glint [rad/m]."""
     scattered_fraction: Floats
-    """Energy that the scattering law scatters with a larger change, re the reflected energy [1], (SINE_COUNT,).
+    """Energy scattered by the law with a change above `max_wavenumber`, re the reflected energy [1], (SINE_COUNT,).
 
     At even steps of the sine of the grazing angle from 0 to 1.
     """
@@ -53,9 +53,9 @@ class BedRoughness:
     def mean_quanta(self, phase: Floats, sine: Floats, long_variance: Floats) -> tuple[Floats, Floats]:
         """Mean number of quanta of one bounce [1], and fraction of the reflected energy that the law scatters [1].
 
-        The coherent leg has exp(-4 Gamma^2) of the reflected energy, with the phase variance 4 Gamma^2 by all waves
-        down to the wavelength of the sound. The scattering law takes its fraction, at most the rest, and glints carry
-        the remainder: of the energy of the coherent leg and the glints, exp(-quanta) is coherent.
+        The coherent leg has exp(-4 Gamma^2) of the reflected energy, with the phase variance 4 Gamma^2 by the
+        waves between the Fresnel zone and the wavelength of the sound. The scattering law takes its fraction, at most
+        the rest, and glints carry the remainder: of the energy of coherent leg and glints, exp(-quanta) is coherent.
 
         Args:
             phase: Phase per height, 2 k sin(grazing) [rad/m], shape (n,).
@@ -69,14 +69,16 @@ class BedRoughness:
 
     @property
     def slope(self) -> float:
-        """Rms slope along one axis of the waves of which a glint may have a single one [1]."""
+        """Rms slope along one axis of the waves up to `max_wavenumber` [1]."""
         return math.sqrt(float(np.interp(self.max_wavenumber, self.waves.wavenumber, self.waves.slope_moments[0])))
 
     def longer_waves(self, family: str, source_depth: float, length: Floats, sine: Floats) -> tuple[Floats, Floats]:
         """Variance of height [m^2] and of slope along one axis [1] of waves longer than the Fresnel zone, shape (n,).
 
+        Longer: with a half wavelength above the geometric mean of the half axes of the zone.
+
         Args:
-            family: Name of a family with a bottom bounce, of which the first counts.
+            family: Name of a family whose first bottom bounce counts.
             source_depth: Depth of the end at which the legs begin [m].
             length: Length of the legs [m], shape (n,).
             sine: Sine of the grazing angle of the legs at the seabed [1], shape (n,).
@@ -94,10 +96,10 @@ class BedRoughness:
 
 
 def bed_roughness(seabed: Seabed, frequency: float, sound_speed: float) -> BedRoughness | None:
-    """Roughness of a seabed at its bounces; None for a smooth one.
+    """Roughness of a seabed at its bounces; None where its `reflecting_interface` is smooth.
 
     Args:
-        seabed: The seabed.
+        seabed: The seabed, with a sediment's scattering law unless it is smooth.
         frequency: Frequency of the sound [Hz].
         sound_speed: Sound speed in the water above it [m/s].
     """
@@ -116,7 +118,7 @@ def bed_roughness(seabed: Seabed, frequency: float, sound_speed: float) -> BedRo
 def _roughness_of_material(
     material: Sediment, wavelength: float, depth: float, terrain: SeabedTerrain | None, *, scatters: bool
 ) -> BedRoughness:
-    """Roughness of a material: its spectrum above the cutoff wavenumber of any relief, the relief's spectrum below it.
+    """Roughness of a material: its spectrum above the cutoff wavenumber of any relief, below it that of a relief's waves.
 
     Args:
         material: Sediment of the seabed.

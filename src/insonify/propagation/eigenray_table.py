@@ -17,7 +17,7 @@ from insonify.propagation._eigenray_table_build import (
     TablePlane,
     TableSpecification,
     build_plane,
-    compare,
+    compare_and_exclude,
     interpolated_plane,
     state_between_planes,
     subdivide,
@@ -31,16 +31,16 @@ from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 
-LATEST = 1e-9
+MAX_DELAY_ERROR = 1e-9
 """Largest error of a delay in a valid cell [s]."""
 MAX_AMPLITUDE_ERROR = 2.3e-3
 """Largest relative error of an amplitude or a path length in a valid cell: 0.02 dB [1]."""
-FLATNESS = 0.4
+HEIGHT_OVER_WIDTH = 0.4
 """Height of a cell over its width: delays curve more with depth than with range [1]."""
-_WIDTHS = (0.25, 1.0)  # of a cell [m]: as fine as _ENOUGH nodes allow; larger only where _MOST_NODES would be exceeded
+_WIDTHS = (0.25, 1.0)  # limits of the width of a cell [m], see `_width`
 _ENOUGH, _MOST_NODES = 10_000, 60_000
-APART, APART_ON_A_LINE = 0.35, 0.2
-"""Largest distance between source depths of a table [m], and of a table of points at one depth."""
+MAX_SOURCE_SPACING, MAX_SOURCE_SPACING_ON_LINE = 0.35, 0.2
+"""Largest spacing of the source depths of a table [m], and of a table of points at one depth [m]."""
 _SAMPLE = 256  # positions that `check_sample` compares
 
 
@@ -159,11 +159,11 @@ def eigenray_table(
         TableError: At one of 256 random positions in the table the error is larger.
         ValueError: A span is reversed or leaves the water, or the range is not positive.
     """
-    _check(water, source_depths, point_depths, max_range)
+    _require_valid_spans(water, source_depths, point_depths, max_range)
     width = _width(point_depths[1] - point_depths[0], max_range)
-    grid = table_grid(water, point_depths, max_range, width, FLATNESS * width)
+    grid = table_grid(water, point_depths, max_range, width, HEIGHT_OVER_WIDTH * width)
     specification = TableSpecification(water, family_bounces(family), grid)
-    spacing = APART_ON_A_LINE if grid.node_depths.size == 1 else APART
+    spacing = MAX_SOURCE_SPACING_ON_LINE if grid.node_depths.size == 1 else MAX_SOURCE_SPACING
     depths = subdivide(source_depths, water.depth, spacing)
     planes = tuple(build_plane(specification, float(depth)) for depth in depths)
     states = tuple(state_between_planes(above, below) for above, below in pairwise(planes))
@@ -173,17 +173,22 @@ def eigenray_table(
 
 
 def _width(span: float, max_range: float) -> float:
-    """Width of a cell [m] for points over a span of depths [m] up to some range [m]."""
+    """Width of a cell [m] for points over a span of depths [m] up to some range [m].
+
+    As fine as `_ENOUGH` nodes allow, 0.25 m to 1 m; wider only where `_MOST_NODES` would be exceeded.
+    """
 
     def width_for(nodes: int) -> float:
-        # (max_range / width) * (span / (FLATNESS * width) + 1) = nodes
-        return (max_range + np.sqrt(max_range**2 + 4 * nodes * max_range * span / FLATNESS)) / (2 * nodes)
+        # (max_range / width) * (span / (HEIGHT_OVER_WIDTH * width) + 1) = nodes
+        return (max_range + np.sqrt(max_range**2 + 4 * nodes * max_range * span / HEIGHT_OVER_WIDTH)) / (2 * nodes)
 
     return float(max(np.clip(width_for(_ENOUGH), *_WIDTHS), width_for(_MOST_NODES)))
 
 
 def check_sample(table: EigenrayTable) -> None:
-    """Compare random positions in the table with the exact solver.
+    """Compare 256 positions, from up to four source depths, with the exact solver; cells that fail are left to it.
+
+    The positions are the same at every call.
 
     Raises:
         TableError: One of them is wrong; the message gives the worst.
@@ -195,18 +200,18 @@ def check_sample(table: EigenrayTable) -> None:
         n = _SAMPLE // len(sources)
         depth = np.sort(random.uniform(grid.node_depths[0], grid.node_depths[-1], n))
         ranges = random.uniform(0, grid.node_ranges[-1], n)
-        delay_error, amplitude_error = compare(table.plane_at(source_depth), depth, ranges)
-        worst = int(np.argmax(np.maximum(delay_error / LATEST, amplitude_error / MAX_AMPLITUDE_ERROR)))
-        if delay_error[worst] > LATEST or amplitude_error[worst] > MAX_AMPLITUDE_ERROR:
+        delay_error, amplitude_error = compare_and_exclude(table.plane_at(source_depth), depth, ranges)
+        worst = int(np.argmax(np.maximum(delay_error / MAX_DELAY_ERROR, amplitude_error / MAX_AMPLITUDE_ERROR)))
+        if delay_error[worst] > MAX_DELAY_ERROR or amplitude_error[worst] > MAX_AMPLITUDE_ERROR:
             location = f"from {source_depth:.3f} m to {depth[worst]:.3f} m at {ranges[worst]:.3f} m"
             error = f"{delay_error[worst]:.1e} s and {20 * np.log10(1 + amplitude_error[worst]):.3f} dB"
             raise TableError(
-                f"the table of {table.family} {location} is wrong by {error}; {LATEST:g} s and 0.02 dB are allowed. "
-                "Use method='exact', or a profile with rounder kinks."
+                f"the table of {table.family} {location} is wrong by {error}; {MAX_DELAY_ERROR:g} s and 0.02 dB are "
+                "allowed. Use method='exact', or a profile with rounder kinks."
             )
 
 
-def _check(
+def _require_valid_spans(
     water: SoundSpeedLayers, source_depths: tuple[float, float], point_depths: tuple[float, float], max_range: float
 ) -> None:
     for name, (low, high) in (("source_depths", source_depths), ("point_depths", point_depths)):
