@@ -133,10 +133,10 @@ def test_a_knot_more_on_the_line_changes_nothing(drawn, place):
 
 @given(knots, st.floats(1, 5000))
 def test_extending_twice_is_extending_once(drawn, water_depth):
-    """The extension covers the water, keeps every knot, and has nothing left to do."""
+    """The extension reaches the seabed, keeps every knot, and has nothing left to do."""
     profile = _profile(drawn)
     longer = profile.extended(water_depth)
-    longer.covers(water_depth)
+    longer.require_depth(water_depth)
     assert longer.extended(water_depth) is longer
     np.testing.assert_array_equal(longer.at(profile.depth), profile.speed)
     assert longer.gradient(longer.depth[-1] + 1.0) == 0

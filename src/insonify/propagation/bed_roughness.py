@@ -118,7 +118,7 @@ def bed_roughness(seabed: Seabed, frequency: float, sound_speed: float) -> BedRo
 def _roughness_of_material(
     material: Sediment, wavelength: float, depth: float, terrain: SeabedTerrain | None, *, scatters: bool
 ) -> BedRoughness:
-    """Roughness of a material: its spectrum above the cutoff wavenumber of any relief, below it that of a relief's waves.
+    """Roughness of a material: its spectrum above the cutoff wavenumber of relief, the spectrum of the relief below.
 
     Args:
         material: Sediment of the seabed.
