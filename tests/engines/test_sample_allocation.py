@@ -181,7 +181,7 @@ def test_a_law_of_two_factors_may_as_well_be_evaluated_pair_by_pair(monkeypatch)
     simulator = build_simulator(made(2))
     forget()
     in_legs = quickly(simulator)[0, PART]
-    monkeypatch.setattr(CompiledLaw, "factor", None)
+    monkeypatch.setattr(CompiledLaw, "direction_factors", None)
     forget()
     np.testing.assert_allclose(quickly(simulator)[0, PART], in_legs, rtol=1e-4)
     forget()
