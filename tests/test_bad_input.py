@@ -58,7 +58,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, float]]] = {
     "pierson-moskowitz": (ocean.PiersonMoskowitz(12.0).density, {"wavenumber": 1.0}),
     "spreading": (ocean.CosinePowerSpreading().density, {"angle": 0.1, "wavenumber": 1.0}),
     "sea": (SEA.elevation, {"north": 1.0, "east": 2.0, "time": 3.0}),
-    "volume": (ocean.volume_backscattering_coefficient, {"density": 1.0, "mean_backscatter": 1e-5}),
+    "volume": (ocean.volume_backscattering_coefficient, {"number_density": 1.0, "mean_backscatter": 1e-5}),
     "bubble": (ocean.bubble_resonance_frequency, {"radius": 1e-4, "depth": 1.0, "density": 1025.0}),
     "reflection": (lambda **k: scattering.reflection_coefficient(SAND, **k), {"grazing": 0.3}),
     "coherent loss": (scattering.coherent_reflection_factor, {"frequency": 1e5, "rms_height": 1e-3, "grazing": 0.3}),
